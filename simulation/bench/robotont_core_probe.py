@@ -19,8 +19,8 @@ from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import LaserScanner
 from kinematic_core.worlds.robot_world import DT, RobotWorld
 from probing import say
-from robotont_gazebo.core.renderer import Renderer
-from robotont_gazebo.core.worlds import load_world
+from sim_scene.renderer import Renderer
+from sim_scene.worlds import load_world
 
 WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'robotont_gazebo', 'worlds')
 START = Pose2D(-2.0, 0.0, 0.0)

@@ -22,7 +22,6 @@ EXCEPTIONS = {  # (package, name of a later room that it uses): why
     ('plain_support', COURSE): 'it asks whether rosrun finds this package',
     ('plain_support', 'turtlesim'): 'it asks whether rosrun finds this package, and knows its background',
     ('plain_support', 'ar_track_alvar_msgs'): 'the type of a topic that it explains',
-    ('plain_support', 'robotont_gazebo'): 'it tells users of Gazebo what to start',
     ('plain_support', 'cv_bridge'): 'it knows that this stand-in has no C++',
     ('course_page', COURSE): 'the page starts launch files of the course, as OPENED starts the page',
     ('marker_pictures', COURSE): 'the name of a folder in ~/.ros',
@@ -32,6 +31,7 @@ INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, 
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
+            'simulation/sim_scene/src': IMAGES,
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py

@@ -25,7 +25,7 @@ OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames',
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
 OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own')
-OF_THE_READER = {'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
+OF_THE_READER = {'turtlebot3_world.launch', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
                  *(name for page in (REPOSITORY / 'docs' / 'course.md', COURSE_NEXT)
                    for pattern in (SAVED, GRADED, OWN) for name in pattern.findall(page.read_text(encoding='utf-8')))}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')

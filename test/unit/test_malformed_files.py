@@ -16,7 +16,7 @@ from alvar_core import bundles
 from course_grader.rules import exercise
 from marker_pictures import marker_sequence
 from plain_support import documents
-from robotont_gazebo.core import worlds
+from sim_scene import worlds
 from usb_cam.core import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]

@@ -5,7 +5,7 @@ import numpy as np
 
 from kinematic_core.worlds.camera import DEPTH_FAR, DEPTH_NEAR, NEAR
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
-from robotont_gazebo.core.faces import TOP_SHADE, UNDER_SHADE, shade
+from sim_scene.faces import TOP_SHADE, UNDER_SHADE, shade
 
 SKY, FLOOR = -1, -2
 

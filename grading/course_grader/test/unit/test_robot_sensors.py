@@ -12,7 +12,7 @@ from kinematic_core.worlds import camera, world_format
 from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.sectors import SCAN_HEIGHT, split
-from robotont_gazebo.core.renderer import Renderer
+from sim_scene.renderer import Renderer
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
 MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]

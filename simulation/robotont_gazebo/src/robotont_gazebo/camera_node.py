@@ -20,7 +20,6 @@ from kinematic_core.worlds import camera, world_format
 from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput
-from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
 from rospy_support.images import DEPTH, to_image
@@ -28,6 +27,7 @@ from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
 from sim_ros.robotont_messages import ODOMETRY_RATE
+from sim_scene.renderer import Renderer
 
 NAME = 'robotont_camera'
 MOVED_WITHIN = 0.2  # [s] of wall time that a pose of the robot waits for the panels' poses of the same stamp

@@ -20,7 +20,7 @@ from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo.core import models, worlds
+from robotont_gazebo.core import models
 from robotont_gazebo.gazebo_interface import GazeboInterface
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
@@ -33,6 +33,7 @@ from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
+from sim_scene import worlds
 
 NAME = 'robotont_gazebo'
 MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic')

@@ -14,12 +14,12 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Empty
 
 from robotont_gazebo.camera_node import camera_place
-from robotont_gazebo.core import worlds
-from robotont_gazebo.core.renderer import Renderer
 from rospy_support.images import bgr
 from rospy_support.rotations import to_quaternion, yaw_of
 from rostest_support.common import proxy, run, until
 from rostest_support.robotont import RobotontCase
+from sim_scene import worlds
+from sim_scene.renderer import Renderer
 
 LARGEST_DIFFERENCE = 0.5  # of the mean of all pixels, 0 to 255: the panel one frame late makes it above 1
 

@@ -112,6 +112,11 @@ class SimulatorClock:
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
 
+    @property
+    def paused(self):
+        """Return whether time stands still."""
+        return self._pacer.paused
+
     def run(self, step):
         """Call ``step()`` whenever a step is due, until shutdown."""
         self._report()

@@ -30,6 +30,11 @@ class Obstacles:
                      if solid.bottom + solid.height > STEP_HEIGHT and solid.bottom < height]
         self._near: Sequence[_Obstacle] = self._all
         self._near_x, self._near_y = math.inf, math.inf
+        self._others: Sequence[_Obstacle] = ()
+
+    def set_others(self, others: Sequence[Cylinder]) -> None:
+        """Set what moves by itself, such as other robots: obstacles in addition to those of the plan."""
+        self._others = [_RoundObstacle(other) for other in others]
 
     def clearance(self, x: float, y: float) -> float:
         """Return a distance [m] by which the disc at (x, y) can move in any direction without touching anything.
@@ -46,6 +51,10 @@ class Obstacles:
         distance, name = min(((obstacle.distance(x, y), obstacle.name) for obstacle in self._around(x, y)),
                              default=(math.inf, None))
         return name if distance < self.radius - ROUNDING else None
+
+    def nearest_free(self, x: float, y: float) -> Optional[Tuple[float, float]]:
+        """Return (x, y), or a position beside the obstacles that the disc overlaps there; None if none is found."""
+        return self._pushed_out(x, y)[0]
 
     def move(self, x: float, y: float, dx: float, dy: float) -> Move:
         """Move straight by (dx, dy) [m] from (x, y), where the disc is free.
@@ -76,7 +85,7 @@ class Obstacles:
             reach = self.radius + NEAR
             self._near = [obstacle for obstacle in self._all if obstacle.distance(x, y) < reach]
             self._near_x, self._near_y = x, y
-        return self._near
+        return [*self._near, *self._others] if self._others else self._near
 
     def _pushed_out(self, x: float, y: float) -> Tuple[Optional[Tuple[float, float]], bool]:
         """Return the free position nearest to (x, y), None if there is none, and whether it differs from (x, y)."""

@@ -14,11 +14,11 @@ class is not thread-safe; threads that share a world need a lock.
 """
 import math
 import random
-from typing import Tuple
+from typing import Optional, Sequence, Tuple
 
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.collision import Obstacles
-from kinematic_core.worlds.floor_plan import EMPTY, FloorPlan
+from kinematic_core.worlds.floor_plan import EMPTY, Cylinder, FloorPlan
 from kinematic_core.worlds.omni import UNLIMITED, Limits, Odometry, wheel_speeds
 from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance, mean_twist
 from plain_support import InvalidInput, require_sane
@@ -34,24 +34,32 @@ MAX_TURN = 0.1  # [rad] by which a path beside an obstacle turns and still count
 
 
 class RobotWorld:
-    """A Robotont in a FloorPlan. ``place`` and ``move_panel`` take effect at once, ``command`` in the next step.
+    """A robot in a FloorPlan. ``place`` and ``move_panel`` take effect at once, ``command`` in the next step.
 
-    Public and read-only: ``plan``, ``pose``, ``twist`` (what the robot really does), ``odometry``, ``steps``,
-    ``watchdog`` [s], ``touching`` (whether it touched an obstacle in the last step), ``timed_out`` (whether the
-    watchdog has stopped it since the last command).
+    Its body is an upright cylinder, by default that of the Robotont. Public and read-only: ``plan``, ``pose``,
+    ``twist`` (what the robot really does), ``travelled`` (its twists summed up since it was placed [m, m, rad]),
+    ``odometry``, ``steps``, ``watchdog`` [s], ``radius``, ``height`` [m], ``touching`` (whether it touched an obstacle
+    in the last step), ``timed_out`` (whether the watchdog has stopped it since the last command).
     """
 
     plan: FloorPlan
     pose: Pose2D
     twist: Twist2D
+    travelled: Twist2D
     timed_out: bool
     touching: bool
 
     def __init__(self, plan: FloorPlan = EMPTY, start: Pose2D = ORIGIN, limits: Limits = UNLIMITED,
                  watchdog: float = WATCHDOG, slip: float = 0.0, noise: float = 0.0, seed: int = 0,
-                 dt: float = DT) -> None:
-        """Put the robot at ``start``; InvalidInput if an obstacle is there. A ``watchdog`` of inf never stops it."""
+                 dt: float = DT, radius: float = ROBOT_RADIUS, height: float = ROBOT_HEIGHT,
+                 others: Sequence[Cylinder] = ()) -> None:
+        """Put the robot at ``start``; InvalidInput if an obstacle is there. A ``watchdog`` of inf never stops it.
+
+        ``others``: as for ``set_others``.
+        """
         self.dt = dt
+        self.radius, self.height = radius, height
+        self._others = others
         self.steps = 0
         self.odometry = Odometry(start, slip, noise, random.Random(seed))
         self._limits = limits
@@ -74,7 +82,7 @@ class RobotWorld:
     @property
     def wheel_angles(self) -> Tuple[float, float, float]:
         """Return the angles [rad] by which the wheels have turned since the robot was placed; not wrapped."""
-        return wheel_speeds(self._travelled)
+        return wheel_speeds(self.travelled)
 
     def place(self, x: float, y: float, yaw: float) -> None:
         """Put the robot at a pose, stopped; its odometry restarts there. Raise InvalidInput if an obstacle is there."""
@@ -82,9 +90,9 @@ class RobotWorld:
         obstacle = self._obstacles.at(x, y)
         if obstacle is not None:
             raise InvalidInput(f'the robot cannot be at x={x:g}, y={y:g}: {obstacle} is closer than the radius of '
-                               f'{ROBOT_RADIUS:g} m')
+                               f'{self.radius:g} m')
         self.pose = Pose2D(x, y, wrap_angle(yaw))
-        self.twist = self._target = self._travelled = STILL
+        self.twist = self._target = self.travelled = STILL
         self._stops_at = math.inf
         self._free = 0.0
         self.timed_out = self.touching = False
@@ -97,7 +105,26 @@ class RobotWorld:
         if self._obstacles.at(self.pose.x, self.pose.y) == name:
             self._set_plan(old)
             raise InvalidInput(f'the panel {name!r} cannot be at x={x:g}, y={y:g}: the robot is there, at '
-                               f'x={self.pose.x:.2f}, y={self.pose.y:.2f} with a radius of {ROBOT_RADIUS:g} m')
+                               f'x={self.pose.x:.2f}, y={self.pose.y:.2f} with a radius of {self.radius:g} m')
+
+    def set_plan(self, plan: FloorPlan) -> None:
+        """Put the robot, where it is, into another plan; InvalidInput if an obstacle is there."""
+        old = self.plan
+        self._set_plan(plan)
+        obstacle = self._obstacles.at(self.pose.x, self.pose.y)
+        if obstacle is not None:
+            self._set_plan(old)
+            raise InvalidInput(f'{obstacle} cannot be there: a robot is at x={self.pose.x:.2f}, y={self.pose.y:.2f}')
+
+    def set_others(self, others: Sequence[Cylinder]) -> None:
+        """Set the bodies of the other robots, where they are in the next step."""
+        self._others = others
+        self._obstacles.set_others(others)
+        self._free = 0.0
+
+    def nearest_free(self, x: float, y: float) -> Optional[Tuple[float, float]]:
+        """Return the position where the robot can be instead of (x, y) [m], pushed aside by obstacles, or None."""
+        return self._obstacles.nearest_free(x, y)
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """Command a velocity [m/s, m/s, rad/s] and restart the watchdog.
@@ -153,8 +180,8 @@ class RobotWorld:
             self._free = 0.0
             twist = self._move_beside_obstacles(twist)
         self.twist = twist
-        travelled = self._travelled
-        self._travelled = Twist2D(travelled.linear_x + twist.linear_x * dt, travelled.linear_y + twist.linear_y * dt,
+        travelled = self.travelled
+        self.travelled = Twist2D(travelled.linear_x + twist.linear_x * dt, travelled.linear_y + twist.linear_y * dt,
                                   travelled.angular_z + twist.angular_z * dt)
 
     def _move_beside_obstacles(self, twist: Twist2D) -> Twist2D:
@@ -174,5 +201,6 @@ class RobotWorld:
 
     def _set_plan(self, plan: FloorPlan) -> None:
         self.plan = plan
-        self._obstacles = Obstacles(plan, ROBOT_RADIUS, ROBOT_HEIGHT)
+        self._obstacles = Obstacles(plan, self.radius, self.height)
+        self._obstacles.set_others(self._others)
         self._free = 0.0  # [m] that the robot can move in any direction before it may touch anything

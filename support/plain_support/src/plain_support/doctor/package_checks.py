@@ -1,4 +1,5 @@
 """What somebody's packages need of this machine: there, a stand-in, a Debian package to install, or not to be had."""
+import collections
 import glob
 import json
 import os
@@ -21,11 +22,10 @@ TOOLS = {  # ROS package: the Debian package with its programs, which no rule te
 MODULES = {'Image': 'python3-pil', 'PIL': 'python3-pil', 'cv': 'python3-opencv', 'serial': 'python3-serial',
            'skimage': 'python3-skimage', 'sklearn': 'python3-sklearn', 'usb': 'python3-usb', 'yaml': 'python3-yaml',
            'PyKDL': 'python3-pykdl', 'Xlib': 'python3-xlib', 'wx': 'python3-wxgtk4.0', 'gi': 'python3-gi'}
-GAZEBO = 'roslaunch robotont_gazebo gazebo.launch is a simulator here; Gazebo itself needs another system'
+GAZEBO = 'the stand-in gazebo_ros reads the plugins of robots on wheels; Gazebo itself needs another system'
 NAVIGATION = 'Debian has no navigation stack'
-INSTEAD = {'gazebo_ros': GAZEBO, 'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
-           'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION,
-           'uvc_camera': 'usb_cam is a camera node here', 'video_stream_opencv': 'usb_cam is a camera node here'}
+INSTEAD = {'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
+           'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION}
 PYTHON_ONLY = {'cv_bridge'}  # stand-ins without C++
 FIND = ('import importlib.util, json, sys\ndef found(name):\n try: return bool(importlib.util.find_spec(name))\n'
         ' except (ImportError, ValueError): return False\nprint(json.dumps([n for n in sys.argv[1:] if found(n)]))')
@@ -78,11 +78,24 @@ def _summary(needs: Needs, there: Machinery, missing: Iterable[str], debian: Dic
     if names & there.stand_ins - set(missing):
         lines.append(f'Stand-ins of this repository: {_some(names & there.stand_ins - set(missing))}.')
     if needs.launch_files:
-        complete = sum(not used & set(missing) for used in needs.launch_files.values())
-        lines.append(f'{complete} of {len(needs.launch_files)} launch files find all their packages.')
+        lines += _launch_lines(needs, set(missing), {name for name in missing if debian[name]})
     wanted = sorted({package for packages_ in debian.values() for package in packages_})
     if wanted:
         lines.append(f'All at once: sudo apt-get install --no-install-recommends {" ".join(wanted)}')
+    return lines
+
+
+def _launch_lines(needs: Needs, missing: Set[str], in_debian: Set[str]) -> List[str]:
+    """Return how many launch files find all their packages, and what the others lack; ``in_debian``: Debian has it."""
+    lacks = [used & missing for used in needs.launch_files.values()]
+    complete, later = lacks.count(set()), sum(lack <= in_debian for lack in lacks)
+    more = f', {later} with the Debian packages below' if later > complete else ''
+    lines = [f'{complete} of {len(lacks)} launch files find all their packages{more}.']
+    wanted = collections.Counter(name for lack in lacks for name in lack - in_debian)
+    if wanted:
+        names = [f'{name} ({count})' for name, count in sorted(wanted.items(), key=lambda each: (-each[1], each[0]))]
+        lines.append(f'What launch files lack, and Debian does not have: {", ".join(names[:MAX_NAMES])}'
+                     + (f' and {len(names) - MAX_NAMES} more.' if len(names) > MAX_NAMES else '.'))
     return lines
 
 

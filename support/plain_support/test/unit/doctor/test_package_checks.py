@@ -109,7 +109,8 @@ def test_a_folder_is_examined(package, tmp_path, monkeypatch):
     assert [(finding.name, finding.fails) for finding in found] == [
         ('package_not_to_be_had', True), ('package_to_install', True)]
     assert lines == ['Packages here: mine.', 'Stand-ins of this repository: turtlesim.',
-                     '1 of 3 launch files find all their packages.',
+                     '1 of 3 launch files find all their packages, 2 with the Debian packages below.',
+                     'What launch files lack, and Debian does not have: amcl (1).',
                      'All at once: sudo apt-get install --no-install-recommends rviz']
 
 

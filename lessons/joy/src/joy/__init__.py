@@ -1,0 +1,1 @@
+"""Joysticks of Linux as sensor_msgs/Joy; see README.md."""

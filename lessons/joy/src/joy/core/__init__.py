@@ -1,0 +1,1 @@
+"""What needs no ROS: the events of a joystick, and its file."""

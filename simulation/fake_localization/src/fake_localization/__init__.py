@@ -1,0 +1,1 @@
+"""The true pose of a simulated robot as amcl would publish it; see README.md."""

@@ -1,0 +1,1 @@
+"""What needs no ROS: frames in the plane."""

@@ -1,0 +1,1 @@
+"""The simulator behind the names of Gazebo; see README.md."""

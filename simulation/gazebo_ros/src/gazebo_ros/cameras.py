@@ -1,0 +1,164 @@
+"""The node gazebo_cameras: the images of all cameras in the world of gazebo_ros, which starts it with the first one.
+
+It subscribes to ``~scene`` and ``~robots`` of the simulator ``~server``, and renders only topics with subscribers.
+
+Threading contract: the thread of the subscription to ``robots`` renders. Its queue holds one message, so that a slow
+machine skips images instead of falling behind. Another thread stores the scene, in one assignment.
+"""
+import json
+import math
+
+import cv2
+import rosgraph.names
+import rospy
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from gazebo_ros.core.robots import Camera, Place
+from gazebo_ros.robot_topics import Schedule, prefixed
+from kinematic_core.worlds import camera as pinhole
+from kinematic_core.worlds import world_format
+from kinematic_core.worlds.floor_plan import Cylinder
+from rospy_support import nodes
+from rospy_support.images import DEPTH, to_image
+from rospy_support.parameters import Table, Text
+from rospy_support.rotations import yaw_of
+from rospy_support.topics import Publisher
+from sim_scene.renderer import Renderer
+
+NAME = 'gazebo_cameras'
+PARAMETERS = Table(Text('~server', '/gazebo'))
+FIELDS = [PointField(name, offset, PointField.FLOAT32, 1)
+          for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
+
+
+class CamerasNode:
+    """Publishes the images of all cameras."""
+
+    def __init__(self):
+        """Subscribe to the simulator."""
+        server, = PARAMETERS.read('~server')
+        self._scene = None  # plan, bodies and _Cameras
+        self._cameras = {}  # (model, index): _Camera
+        rospy.Subscriber(f'{server}/scene', String, self._on_scene, queue_size=1)
+        rospy.Subscriber(f'{server}/robots', TFMessage, self._on_robots, queue_size=1, tcp_nodelay=True)
+
+    def _on_scene(self, message):
+        scene = json.loads(message.data)
+        plan = world_format.parse(scene['plan'])
+        cameras = {}
+        for model, fields, prefix in scene['cameras']:
+            camera = Camera(*fields)
+            camera = camera._replace(place=Place(*camera.place), depth=camera.depth and tuple(camera.depth))
+            key = (model, camera, prefix)
+            cameras[key] = self._cameras.pop(key, None) or _Camera(model, camera, prefix)
+        for gone in self._cameras.values():
+            gone.close()
+        self._cameras = cameras
+        self._scene = plan, scene['bodies'], list(cameras.values())
+
+    def _on_robots(self, message):
+        if self._scene is None:
+            return
+        plan, bodies, cameras = self._scene
+        poses = {transform.child_frame_id: transform for transform in message.transforms}
+        for camera in cameras:
+            transform = poses.get(camera.model)
+            if transform is not None and camera.due(transform.header.stamp):
+                camera.publish(transform, _with_others(plan, bodies, poses, camera.model))
+
+
+class _Camera:
+    """The topics of one camera."""
+
+    def __init__(self, model, camera, prefix):
+        self.model, self._camera = model, camera
+        self._schedule = Schedule(camera.rate)
+        self._plan = self._renderer = None
+        lens = pinhole.PinholeCamera(camera.width, camera.height, camera.field)
+        self._info = CameraInfo(width=lens.width, height=lens.height, distortion_model='plumb_bob',
+                                D=list(pinhole.DISTORTION), K=lens.matrix(), R=list(pinhole.RECTIFICATION),
+                                P=lens.projection())
+        self._info.header.frame_id = prefixed(prefix, camera.frame)
+        self._colour, self._colour_info = self._publisher(camera.image, Image), self._publisher(camera.info, CameraInfo)
+        self._depth = self._depth_info = self._points = None
+        if camera.depth:
+            self._depth = self._publisher(camera.depth_image, Image)
+            self._depth_info = self._publisher(camera.depth_info, CameraInfo)
+            self._points = self._publisher(camera.points, PointCloud2)
+
+    def close(self):
+        """Unregister all topics."""
+        for publisher in (self._colour, self._colour_info, self._depth, self._depth_info, self._points):
+            if publisher is not None:
+                publisher.unregister()
+
+    def due(self, stamp):
+        """Return whether an image is due at a time."""
+        return self._schedule.due(stamp.to_sec())
+
+    def publish(self, transform, plan):
+        """Publish what is wanted of the view of a robot whose centre is at ``transform``, in a FloorPlan."""
+        header = self._info.header
+        header.stamp = transform.header.stamp
+        for publisher in (self._colour_info, self._depth_info):
+            if _wanted(publisher):
+                publisher.publish(self._info)
+        wants_colour, wants_depth, wants_points = map(_wanted, (self._colour, self._depth, self._points))
+        if not (wants_colour or wants_depth or wants_points):
+            return
+        if plan != self._plan:
+            camera = self._camera
+            self._renderer = Renderer(plan, camera.width, camera.height, camera.field,
+                                      depth_range=camera.depth or (pinhole.DEPTH_NEAR, pinhole.DEPTH_FAR))
+            self._plan = plan
+        place = self._place(transform.transform)
+        colour = self._renderer.render(place) if wants_colour or wants_points else None
+        if wants_colour:
+            self._colour.publish(to_image(colour, 'rgb8', header))
+        if wants_depth or wants_points:
+            depth = self._renderer.depth(place)
+            if wants_depth:
+                self._depth.publish(to_image(depth, DEPTH, header))
+            if wants_points:
+                self._points.publish(_cloud(header, self._renderer.points(depth), colour))
+
+    def _publisher(self, topic, kind):
+        namespace = '/' + self._camera.namespace.strip('/')
+        return Publisher(rosgraph.names.ns_join(namespace, topic), kind, queue_size=1)
+
+    def _place(self, centre):
+        """Return (x, y, z, yaw) of the camera in the world."""
+        place, at, yaw = self._camera.place, centre.translation, yaw_of(centre.rotation)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return (at.x + cos * place.x - sin * place.y, at.y + sin * place.x + cos * place.y, place.z, yaw + place.yaw)
+
+
+def _wanted(publisher):
+    return publisher is not None and publisher.get_num_connections() > 0
+
+
+def _with_others(plan, bodies, poses, own):
+    """Return the plan with the bodies of all robots but one."""
+    others = tuple(Cylinder(f'robot {name}', poses[name].transform.translation.x, poses[name].transform.translation.y,
+                            radius, height, 0.0, tuple(colour))
+                   for name, (radius, height, colour) in bodies.items() if name != own and name in poses)
+    return plan._replace(cylinders=(*plan.cylinders, *others)) if others else plan
+
+
+def _cloud(header, points, colour):
+    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) RGB."""
+    height, width = points.shape[:2]
+    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)
+    packed.view('uint32')[..., 3] = cv2.cvtColor(colour, cv2.COLOR_RGB2BGRA).view('uint32')[..., 0] & 0xFFFFFF
+    return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
+                       is_dense=False, data=packed.tobytes())
+
+
+def main():
+    """Run gazebo_cameras."""
+    cv2.setNumThreads(1)  # with more threads, an image takes more processor time, and hardly less wall time
+    nodes.init_node(NAME, PARAMETERS)
+    CamerasNode()
+    rospy.spin()

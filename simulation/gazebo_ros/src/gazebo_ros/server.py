@@ -1,0 +1,376 @@
+"""The node gazebo: models and robots in one world, stepped by a SimulatorClock, behind the names of Gazebo.
+
+Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
+robots and publishes. Commands and messages on ``~set_model_state`` arrive in rospy's threads, which change the world
+under ``_lock``. Topics of a new robot are registered in the thread of FrameServices, so that no step waits for them.
+Cameras are rendered by another process (cameras.py), which is started with the first one.
+"""
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+from functools import partial
+
+import numpy as np
+import roslib.packages
+import rospkg
+import rospy
+from gazebo_msgs.msg import LinkState, LinkStates, ModelState, ModelStates
+from gazebo_msgs.srv import (
+    DeleteModel,
+    DeleteModelResponse,
+    GetLinkState,
+    GetLinkStateResponse,
+    GetModelProperties,
+    GetModelPropertiesResponse,
+    GetModelState,
+    GetModelStateResponse,
+    GetPhysicsProperties,
+    GetPhysicsPropertiesResponse,
+    GetWorldProperties,
+    GetWorldPropertiesResponse,
+    SetModelState,
+    SetModelStateResponse,
+    SetPhysicsProperties,
+    SetPhysicsPropertiesResponse,
+    SpawnModel,
+    SpawnModelResponse,
+)
+from geometry_msgs.msg import Pose, Twist
+from std_msgs.msg import String
+from std_srvs.srv import Empty, EmptyResponse
+from tf2_msgs.msg import TFMessage
+
+from gazebo_ros import command_line
+from gazebo_ros.core import model_files
+from gazebo_ros.core.gazebo_world import FLOOR, GazeboWorld
+from gazebo_ros.core.vehicle import DT
+from gazebo_ros.robot_topics import RobotTopics, Schedule
+from kinematic_core.worlds import world_format
+from kinematic_core.worlds.planar import Pose2D
+from plain_support import InvalidInput, processes
+from rospy_support import parameters, reachability
+from rospy_support.parameters import Table
+from rospy_support.rotations import to_quaternion, yaw_of
+from rospy_support.topics import LatestPublisher, Publisher
+from sim_ros import clock
+from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.robotont_messages import base_transform
+
+NAME = 'gazebo'
+PARAMETERS = Table(clock.SEED, clock.PARAMETERS)
+CAMERA_RATE = 30.0  # [Hz] at which cameras are told where the robots are
+CAMERAS = 'gazebo_cameras'
+SPAWNED = 'SpawnModel: Successfully spawned entity'
+PACKAGE = re.compile(r'(?:package|model)://([\w.-]+)/')
+
+
+class GazeboNode:
+    """Gazebo's interface on a GazeboWorld."""
+
+    def __init__(self, world, warnings):
+        """Register everything. Call ``init_simulator`` first."""
+        self._clock = SimulatorClock(DT)
+        self._numbers = seeded_random()
+        self._lock = threading.Lock()
+        self._world = world
+        self._topics = {}  # model: its RobotTopics
+        self._elements = {}  # model: the Element of its SDF
+        self._cameras = None  # the process
+        self._camera_schedule = Schedule(CAMERA_RATE)
+        self._transform = LatestPublisher('/tf', TFMessage)
+        self._states = LatestPublisher('~model_states', ModelStates)
+        self._link_states = LatestPublisher('~link_states', LinkStates)
+        self._robots = LatestPublisher('~robots', TFMessage)
+        self._scene = Publisher('~scene', String, latch=True, queue_size=1)
+        self._offer()
+        rospy.Subscriber('~set_model_state', ModelState, self._set_by_message, queue_size=10)
+        rospy.on_shutdown(self._end_cameras)
+        for warning in warnings:
+            rospy.logwarn('%s', warning)
+        self._publish_scene()
+        parameters.log_effective()
+
+    def add_from_world(self, found):
+        """Add the models of a world file, a list of model_files.Found."""
+        for name, element, pose, folder in found:
+            if name == FLOOR:  # every world has one here
+                continue
+            try:
+                warnings = self._world.add(element, name, pose, '', folder)
+                self._elements[name] = element
+                if name in self._world.vehicles:  # those of other models were logged when the world was read
+                    self._report(name, warnings)
+                    self._topics[name] = self._make_topics(name)
+            except InvalidInput as refusal:
+                rospy.logwarn('The model %s is left out: %s', name, refusal)
+        self._publish_scene()
+
+    def run(self):
+        """Step until shutdown."""
+        self._clock.run(self._step)
+
+    def _offer(self):
+        services = self._clock.services
+        services.add('~spawn_urdf_model', SpawnModel, self._spawn)
+        services.add('~spawn_sdf_model', SpawnModel, self._spawn)
+        services.add('~delete_model', DeleteModel, self._delete)
+        services.add('~get_model_state', GetModelState, self._get_state)
+        services.add('~set_model_state', SetModelState, self._set_state)
+        services.add('~get_link_state', GetLinkState, self._get_link_state)
+        services.add('~get_model_properties', GetModelProperties, self._get_model_properties)
+        services.add('~get_world_properties', GetWorldProperties, self._get_world_properties)
+        services.add('~get_physics_properties', GetPhysicsProperties, self._get_physics)
+        services.add('~set_physics_properties', SetPhysicsProperties, self._set_physics)
+        for name in ('~reset_world', '~reset_simulation'):
+            services.add(name, Empty, self._reset)
+        rospy.Service('~pause_physics', Empty, lambda _: self._done(self._clock.pause()))
+        rospy.Service('~unpause_physics', Empty, lambda _: self._done(self._clock.resume()))
+
+    def _step(self):
+        now = rospy.Time.now()
+        with self._lock:
+            world = self._world
+            world.step()
+            transforms = []
+            for name, topics in self._topics.items():
+                if name in world.vehicles:
+                    transforms += topics.publish(world, now)
+            if transforms and self._transform.wanted():
+                self._transform.publish(TFMessage(transforms))
+            if self._states.wanted():
+                states = zip(*map(_pose_and_twist, world.states()))
+                self._states.publish(ModelStates(world.names(), *states))
+            if self._link_states.wanted():
+                links = world.links()
+                self._link_states.publish(LinkStates([name for name, _ in links],
+                                                     *zip(*(_pose_and_twist(state) for _, state in links))))
+            if self._cameras and self._camera_schedule.due(world.time):
+                self._robots.publish(TFMessage([base_transform(now, 'world', name, vehicle.centre)
+                                                for name, vehicle in world.vehicles.items()]))
+        self._watch_cameras()
+
+    # ------------------------------------------------------------------------------------------------ services
+
+    def _spawn(self, request):
+        try:
+            element = model_files.parse(_with_paths(request.model_xml))
+            position, orientation = request.initial_pose.position, request.initial_pose.orientation
+            flat = Pose2D(position.x, position.y, _yaw(orientation))
+            with self._lock:
+                flat = self._world.in_world(flat, request.reference_frame)
+                warnings = self._world.add(element, request.model_name, _matrix(flat, position.z),
+                                           request.robot_namespace)
+        except InvalidInput as refusal:
+            rospy.logwarn('Could not spawn %s: %s', request.model_name or 'a model', refusal)
+            return SpawnModelResponse(False, str(refusal))
+        name = request.model_name
+        self._elements[name] = element
+        if name in self._world.vehicles:
+            topics = yield partial(self._make_topics, name)
+            with self._lock:
+                self._topics[name] = topics
+        self._report(name, warnings)
+        self._publish_scene()
+        return SpawnModelResponse(True, SPAWNED)
+
+    def _delete(self, request):
+        try:
+            with self._lock:
+                self._world.remove(request.model_name)
+                topics = self._topics.pop(request.model_name, None)
+        except InvalidInput as refusal:
+            return DeleteModelResponse(False, str(refusal))
+        self._elements.pop(request.model_name, None)
+        if topics:
+            yield topics.close
+        self._publish_scene()
+        return DeleteModelResponse(True, 'DeleteModel: successfully deleted model')
+
+    def _get_state(self, request):
+        response = GetModelStateResponse()
+        response.header.stamp, response.header.frame_id = rospy.Time.now(), request.relative_entity_name
+        try:
+            with self._lock:
+                state = self._world.state(request.model_name, request.relative_entity_name)
+        except InvalidInput as refusal:
+            response.status_message = str(refusal)
+            return response
+        response.pose, response.twist = _pose_and_twist(state)
+        response.success = True
+        return response
+
+    def _get_link_state(self, request):
+        try:
+            with self._lock:
+                state = self._world.state(request.link_name, request.reference_frame)
+        except InvalidInput as refusal:
+            return GetLinkStateResponse(LinkState(), False, str(refusal))
+        return GetLinkStateResponse(LinkState(request.link_name, *_pose_and_twist(state), request.reference_frame),
+                                    True, '')
+
+    def _set_state(self, request):
+        try:
+            self._place(request.model_state)
+        except InvalidInput as refusal:
+            rospy.logwarn('Refused a service call: %s', refusal)
+            return SetModelStateResponse(False, str(refusal))
+        return SetModelStateResponse(True, '')
+
+    def _set_by_message(self, message):
+        try:
+            self._place(message)
+        except InvalidInput as refusal:
+            rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name('~set_model_state'), refusal)
+
+    def _place(self, wanted):
+        pose = Pose2D(wanted.pose.position.x, wanted.pose.position.y, _yaw(wanted.pose.orientation))
+        with self._lock:
+            self._world.put(wanted.model_name, self._world.in_world(pose, wanted.reference_frame))
+            moved = wanted.model_name not in self._world.vehicles
+        if moved:
+            self._publish_scene()
+
+    def _get_model_properties(self, request):
+        with self._lock:
+            if request.model_name not in self._world.names():
+                return GetModelPropertiesResponse(success=False,
+                                                  status_message=f'there is no model {request.model_name!r}')
+            prefix = f'{request.model_name}::'
+            bodies = [name[len(prefix):] for name, _ in self._world.links() if name.startswith(prefix)]
+            joints = [] if request.model_name not in self._elements else [
+                joint.get('name') or '' for joint in self._elements[request.model_name].findall('joint')]
+            return GetModelPropertiesResponse(
+                canonical_body_name=bodies[0] if bodies else '', body_names=bodies, joint_names=joints,
+                is_static=request.model_name not in self._world.vehicles, success=True)
+
+    def _get_world_properties(self, _):
+        with self._lock:
+            return GetWorldPropertiesResponse(self._world.time, self._world.names(), True, True, '')
+
+    def _get_physics(self, _):
+        response = GetPhysicsPropertiesResponse(time_step=DT, pause=self._clock.paused, max_update_rate=1.0 / DT,
+                                                success=True)
+        response.gravity.z = -9.8
+        return response
+
+    @staticmethod
+    def _set_physics(_):
+        return SetPhysicsPropertiesResponse(False, f'nothing is changed: a step is {DT:g} s, and nothing falls here')
+
+    def _reset(self, _):
+        with self._lock:
+            self._world.reset()
+        self._publish_scene()
+        return EmptyResponse()
+
+    @staticmethod
+    def _done(answer):
+        if not answer.success:
+            raise rospy.ServiceException(answer.message)
+        return EmptyResponse()
+
+    # ------------------------------------------------------------------------------------------------ robots
+
+    def _make_topics(self, name):
+        return RobotTopics(self._world.vehicles[name], self._lock, self._numbers.getrandbits(64))
+
+    def _report(self, name, warnings):
+        """Log what of a model is simulated, and what is not."""
+        vehicle = self._world.vehicles.get(name)
+        if vehicle:
+            rospy.loginfo('%s: %s', name, _summary(vehicle.robot))
+        for warning in warnings:
+            rospy.logwarn('%s: %s', name, warning)
+
+    def _publish_scene(self):
+        """Tell cameras and laser scanners what there is now; start the cameras with the first one."""
+        with self._lock:
+            plan, vehicles = self._world.plan, dict(self._world.vehicles)
+            for topics in self._topics.values():
+                topics.set_plan(plan)
+        cameras = [(name, camera, self._topics[name].prefix[camera.namespace] if name in self._topics else '')
+                   for name, vehicle in vehicles.items() for camera in vehicle.robot.cameras]
+        bodies = {name: (vehicle.robot.radius, vehicle.robot.height, vehicle.robot.colour)
+                  for name, vehicle in vehicles.items()}
+        self._scene.publish(json.dumps({'plan': json.loads(world_format.to_json(plan)), 'cameras': cameras,
+                                        'bodies': bodies}))
+        if cameras and not self._cameras:
+            self._start_cameras()
+
+    def _start_cameras(self):
+        found = roslib.packages.find_node('gazebo_ros', CAMERAS)
+        environment = dict(os.environ, ROS_NAMESPACE=rospy.get_namespace())
+        self._cameras = subprocess.Popen([sys.executable, found[0], f'_server:={rospy.get_name()}'], env=environment,
+                                         preexec_fn=partial(processes.end_with_parent, parent=os.getpid()))
+
+    def _watch_cameras(self):
+        if self._cameras and self._cameras.poll() is not None and not rospy.is_shutdown():
+            rospy.logerr('The cameras ended with exit code %d; the robots go on without.', self._cameras.returncode)
+            self._cameras = None
+
+    def _end_cameras(self):
+        if self._cameras:
+            self._cameras.terminate()
+
+
+def _summary(robot):
+    """Return a line about a Robot: how it drives, what it senses, and its size."""
+    drive = robot.drive
+    kind = 'no drive' if drive is None else 'two wheels' if drive.separation else 'drives in any direction'
+    sensors = [f'{len(found)} {name}' for name, found in (('laser(s)', robot.lasers), ('camera(s)', robot.cameras))
+               if found]
+    return f'{kind}, {", ".join(sensors) or "no laser and no camera"}; a disc of radius {robot.radius:.2f} m'
+
+
+def _with_paths(xml):
+    """Return the text of a model with package://NAME/ written as the path of that package, if there is one."""
+    packages = rospkg.RosPack()
+
+    def path(match):
+        try:
+            return f'file://{packages.get_path(match.group(1))}/'
+        except rospkg.ResourceNotFound:
+            return match.group()
+    return PACKAGE.sub(path, xml)
+
+
+def _matrix(pose, z):
+    """Return the matrix (4, 4) of a Pose2D at a height ``z`` [m]."""
+    cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
+    return np.array([[cos, -sin, 0.0, pose.x], [sin, cos, 0.0, pose.y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
+
+
+def _yaw(orientation):
+    """Return the heading [rad] of a Quaternion; 0 for one that is not set."""
+    return yaw_of(orientation) if any((orientation.x, orientation.y, orientation.z, orientation.w)) else 0.0
+
+
+def _pose_and_twist(state):
+    """Return the Pose and the Twist of a gazebo_world.State."""
+    pose, twist = Pose(), Twist()
+    pose.position.x, pose.position.y, pose.position.z = state.pose.x, state.pose.y, state.z
+    pose.orientation = to_quaternion(0.0, 0.0, state.pose.yaw)
+    twist.linear.x, twist.linear.y, twist.angular.z = state.twist
+    return pose, twist
+
+
+def main():
+    """Run the node gazebo."""
+    options = command_line.read(rospy.myargv()[1:])
+    init_simulator(NAME, PARAMETERS)
+    reachability.watch()
+    if options.paused:
+        rospy.set_param('~paused', True)
+    if rospy.get_param(clock.USE_SIM_TIME, True) and not rospy.has_param('~clock'):
+        rospy.set_param('~clock', True)  # Gazebo always publishes /clock
+    model_files.use_folders(command_line.model_folders())
+    try:
+        plan, found, warnings = model_files.load_world(options.world, command_line.world_folders())
+    except InvalidInput as error:
+        raise parameters.ParameterError(f'the world {options.world}: {error}') from None
+    node = GazeboNode(GazeboWorld(plan), warnings)
+    node.add_from_world(found)
+    node.run()

@@ -1,8 +1,0 @@
-"""The compiled steps of the renderer, of native/; their documentation is in _native.pyi."""
-try:
-    from robotont_gazebo._native import Background, Camera, Light, Pattern, Pose, Scene, Solid
-except ImportError as error:
-    raise ImportError(f'the compiled part of robotont_gazebo cannot be loaded: {error}; build it with ./run build or '
-                      'catkin_make, and source the devel/setup.bash of that workspace') from error
-
-__all__ = ['Background', 'Camera', 'Light', 'Pattern', 'Pose', 'Scene', 'Solid']

@@ -1,0 +1,66 @@
+"""Renders colour and depth images of a floor plan as the Robotont's camera sees it.
+
+The steps that draw are compiled (native/); here, they are given the camera, the solids and the images of patterns.
+"""
+from typing import Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from kinematic_core.worlds.camera import (
+    DEPTH_FAR,
+    DEPTH_NEAR,
+    HEIGHT,
+    HORIZONTAL_FOV,
+    NEAR,
+    WIDTH,
+    PinholeCamera,
+    require_pose,
+    require_range,
+)
+from kinematic_core.worlds.floor_plan import FloorPlan
+from sim_scene.backdrop import background
+from sim_scene.faces import Faces, light
+from sim_scene.native import Camera, Pose, Scene
+
+
+class Renderer:
+    """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
+
+    ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. ``depth_range`` [m]:
+    the depth image shows only what lies between these two. Raises InvalidInput for an impossible camera, alvar_core's
+    CodeError for a panel id that no marker can have.
+    """
+
+    def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
+                 horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True,
+                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR)) -> None:
+        self.camera = camera = PinholeCamera(width, height, horizontal_fov)
+        self._near, self._far = require_range(*depth_range)
+        faces = Faces(plan, patterns)
+        self._scene = Scene(camera=Camera(width=camera.width, height=camera.height, focal=camera.focal, cx=camera.cx,
+                                          cy=camera.cy, near=NEAR),
+                            solids=faces.solids, pattern=faces.pattern, light=light(),
+                            background=background(camera, plan.ground_colour, plan.sky_colour, patterns))
+
+    def render(self, camera_pose: Sequence[float], bgr: bool = False) -> np.ndarray:
+        """Return the image of a camera at (x, y, z, yaw) [m, rad]: a new array (height, width, 3) uint8.
+
+        RGB, or with ``bgr`` in OpenCV's order.
+        """
+        return self._scene.picture(Pose(*require_pose(camera_pose)), bgr=bgr)
+
+    def depth(self, camera_pose: Sequence[float]) -> np.ndarray:
+        """Return the depth (height, width) float32 [m] along the optical axis from (x, y, z, yaw) [m, rad].
+
+        Depths that are not inside ``depth_range`` are NaN, as in the images of Gazebo's depth camera plugins.
+        """
+        return self._scene.depth(Pose(*require_pose(camera_pose)), near=self._near, far=self._far)
+
+    def points(self, depth: np.ndarray) -> np.ndarray:
+        """Return the points (height, width, 3) [m] in the optical frame of a depth image (height, width) [m].
+
+        Both are float32; NaN stays NaN.
+        """
+        right, down = (slopes.astype(np.float32) for slopes in (self.camera.right, self.camera.down))
+        return cv2.merge([depth * right, depth * down[:, None], depth])
