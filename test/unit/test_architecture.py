@@ -31,6 +31,7 @@ INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, 
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
+            'navigation/navigation_core/src': IMAGES | {'scipy'},
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
