@@ -6,7 +6,7 @@ import numpy as np
 from navigation_core.poses import ORIGIN, Array, Numbers, Pose
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100  # values of cells; between the last two: the probability of a wall [%]
-MAX_CELLS = 4000 * 4000  # of a map: 16 MB as a message, 200 m x 200 m at 0.05 m
+MAX_CELLS = 5000 * 5000  # of a map that is read: 250 m x 250 m at 0.05 m
 Indices = Union[int, Array]
 
 
