@@ -11,7 +11,6 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
-from dynamic_reconfigure.parameter_generator_catkin import ParameterGenerator, double_t
 from dynamic_reconfigure.server import Server
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
@@ -280,16 +279,13 @@ class MoveBase:
 
 def _description(limits):
     """Return what a dynamic_reconfigure Server needs to know about the parameters that may change."""
-    generator = ParameterGenerator()
-    for name in settings.RECONFIGURABLE:
-        declared = settings.PLANNERS[f'~TrajectoryPlannerROS/{name}']
-        generator.add(name, double_t, 0, f'{name} [{declared.unit}]', getattr(limits, name), declared.minimum,
-                      declared.maximum)
-    described = generator.group.to_dict()
-    every = described['parameters']
-    return SimpleNamespace(config_description=described, all_level=0, **{
-        field: {each['name']: each[key] for each in every}
-        for field, key in (('defaults', 'default'), ('min', 'min'), ('max', 'max'), ('level', 'level'))})
+    declared = {name: settings.PLANNERS[f'~TrajectoryPlannerROS/{name}'] for name in settings.RECONFIGURABLE}
+    group = {'name': 'Default', 'type': '', 'id': 0, 'parent': 0, 'state': True, 'groups': [], 'parameters': [
+        {'name': name, 'type': 'double', 'level': 0, 'description': f'{name} [{each.unit}]', 'edit_method': ''}
+        for name, each in declared.items()]}
+    return SimpleNamespace(config_description=group, defaults={name: float(getattr(limits, name)) for name in declared},
+                           min={name: each.minimum for name, each in declared.items()},
+                           max={name: each.maximum for name, each in declared.items()})
 
 
 def main():

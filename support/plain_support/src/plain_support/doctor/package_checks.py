@@ -22,9 +22,11 @@ MODULES = {'Image': 'python3-pil', 'PIL': 'python3-pil', 'cv': 'python3-opencv',
            'skimage': 'python3-skimage', 'sklearn': 'python3-sklearn', 'usb': 'python3-usb', 'yaml': 'python3-yaml',
            'PyKDL': 'python3-pykdl', 'Xlib': 'python3-xlib', 'wx': 'python3-wxgtk4.0', 'gi': 'python3-gi'}
 GAZEBO = 'roslaunch robotont_gazebo gazebo.launch is a simulator here; Gazebo itself needs another system'
-NAVIGATION = 'Debian has no navigation stack'
-INSTEAD = {'gazebo_ros': GAZEBO, 'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
-           'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION,
+MAPPING = 'gmapping makes maps here'
+FOLLOWING = 'move_base has TrajectoryPlannerROS and DWAPlannerROS here'
+INSTEAD = {'gazebo_ros': GAZEBO, 'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO,
+           'cartographer_ros': MAPPING, 'hector_mapping': MAPPING, 'slam_toolbox': MAPPING,
+           'teb_local_planner': FOLLOWING,
            'uvc_camera': 'usb_cam is a camera node here', 'video_stream_opencv': 'usb_cam is a camera node here',
            'rqt_reconfigure': 'rosrun dynamic_reconfigure dynparam sets the same parameters'}
 PYTHON_ONLY = {'cv_bridge'}  # stand-ins without C++
