@@ -42,7 +42,8 @@ LASER = Table(
 INITIAL = Table(
     Number('~initial_pose_x', 0.0, unit='m'), Number('~initial_pose_y', 0.0, unit='m'),
     Number('~initial_pose_a', 0.0, unit='rad'), Number('~initial_cov_xx', 0.25, 0.0, 1e6, 'm^2'),
-    Number('~initial_cov_yy', 0.25, 0.0, 1e6, 'm^2'), Number('~initial_cov_aa', (math.pi / 12.0) ** 2, 0.0, 1e6, 'rad^2'))
+    Number('~initial_cov_yy', 0.25, 0.0, 1e6, 'm^2'),
+    Number('~initial_cov_aa', (math.pi / 12.0) ** 2, 0.0, 1e6, 'rad^2'))
 OTHERS = Table(
     Number('~update_min_d', 0.2, 0.0, 100.0, 'm'), Number('~update_min_a', math.pi / 6.0, 0.0, 2.0 * math.pi, 'rad'),
     Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'), Text('~odom_frame_id', 'odom', filled=True),
@@ -66,8 +67,8 @@ class LocalisationNode:
         """Read the parameters and register everything."""
         self._value = value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         if value['min_particles'] > value['max_particles']:
-            raise ParameterError(f'parameter {rospy.resolve_name("~min_particles")} is {value["min_particles"]}; it must '
-                                 f'be at most max_particles, which is {value["max_particles"]}')
+            raise ParameterError(f'parameter {rospy.resolve_name("~min_particles")} is {value["min_particles"]}; it '
+                                 f'must be at most max_particles, which is {value["max_particles"]}')
         parameters.log_effective()
         self._settings = Settings(
             value['min_particles'], value['max_particles'], value['kld_err'], value['kld_z'],
@@ -125,7 +126,7 @@ class LocalisationNode:
             self._throttle.warn('bad map', 'Ignored a map: %s', error)
 
     def _use_map(self, message, start=None):
-        """Begin anew in the map of an OccupancyGrid, where the robot was last seen; ValueError if that is impossible."""
+        """Begin anew in the map of an OccupancyGrid, where the robot was last seen; raise ValueError."""
         grid, value = grids.from_message(message), self._value
         rospy.loginfo('Received a %d X %d map @ %.3f m/pix', grid.width, grid.height, grid.resolution)
         farthest = value['laser_max_range'] if value['laser_max_range'] > 0.0 else 30.0

@@ -9,8 +9,8 @@ import rospy
 from nav_msgs.msg import MapMetaData
 from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 
-from navigation_core.maps.map_files import (FREE_THRESH, OCCUPIED_THRESH, Description, MapError, read_image,
-                                            read_description)
+from navigation_core.maps import map_files
+from navigation_core.maps.map_files import Description, MapError, read_description, read_image
 from navigation_core.poses import Pose
 from navigation_ros import grids
 from rospy_support import nodes, parameters
@@ -23,8 +23,8 @@ USAGE = '''usage: rosrun map_server map_server MAP.yaml
 or, as in old versions: rosrun map_server map_server IMAGE RESOLUTION
   RESOLUTION: metres for each pixel'''
 PARAMETERS = Table(Text('~frame_id', 'map', filled=True), Boolean('~negate', False),
-                   Number('~occupied_thresh', OCCUPIED_THRESH, 0.0, 1.0),
-                   Number('~free_thresh', FREE_THRESH, 0.0, 1.0))  # the last three: for an image without a YAML file
+                   Number('~occupied_thresh', map_files.OCCUPIED_THRESH, 0.0, 1.0),
+                   Number('~free_thresh', map_files.FREE_THRESH, 0.0, 1.0))  # the last three: without a YAML file
 
 
 class MapServer:

@@ -6,7 +6,6 @@ import numpy as np
 
 from navigation_core.poses import Array, Pose
 
-
 LARGEST_ANGLE = 2.0 * math.pi + 0.1  # [rad] that a scan covers
 
 

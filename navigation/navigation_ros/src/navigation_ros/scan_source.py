@@ -49,8 +49,8 @@ class ScanSource:
                 self._mounts[frame] = self._lookup(self._base, frame, stamp)
             odometry = self.pose(stamp)
         except (tf2_ros.TransformException, ValueError) as error:
-            self._throttle.warn('tf', 'Ignored a scan on %s: there is no transform of %s at its time, %.3f: %s. Does the '
-                                'node that publishes odometry run, and are ~base_frame and ~odom_frame its frames?',
+            self._throttle.warn('tf', 'Ignored a scan on %s: there is no transform of %s at its time, %.3f: %s. Does '
+                                'the node that publishes odometry run, and are ~base_frame and ~odom_frame its frames?',
                                 self._scans.resolved_name,
                                 f'{self._odom} -> {self._base} -> {frame}', stamp.to_sec(), error)
             return

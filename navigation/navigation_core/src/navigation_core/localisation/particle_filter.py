@@ -5,9 +5,9 @@ from typing import NamedTuple, Optional, Sequence
 import numpy as np
 from scipy import ndimage
 
+from navigation_core.localisation.kld import entropy_limit, quantile_of
 from navigation_core.localisation.motion import moved
-from navigation_core.localisation.sensor import (MeasuredMap, SensorModel, chosen, entropy_limit, log_likelihoods,
-                                                 placed, quantile_of)
+from navigation_core.localisation.sensor import MeasuredMap, SensorModel, chosen, log_likelihoods, placed
 from navigation_core.poses import Array, Pose, wrap
 from navigation_core.scans import Scan
 

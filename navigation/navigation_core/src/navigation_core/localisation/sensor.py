@@ -1,5 +1,4 @@
 """How well a scan fits a map at many poses: the likelihood field and the beam model."""
-import math
 from typing import NamedTuple, Tuple
 
 import cv2
@@ -57,7 +56,8 @@ class MeasuredMap:
 def chosen(scan: Scan, beams: int) -> Tuple[Array, Array, Array]:
     """Return points (n, 2) [m] on the robot, angles and ranges of at most ``beams`` beams that hit, evenly chosen."""
     index = np.flatnonzero(scan.hit)
-    index = index[np.unique(np.linspace(0, len(index) - 1, min(beams, len(index))).astype(int))] if len(index) else index
+    if len(index):
+        index = index[np.unique(np.linspace(0, len(index) - 1, min(beams, len(index))).astype(int))]
     return scan.points[index], scan.angles[index], scan.ranges[index]
 
 
@@ -105,22 +105,3 @@ def cast(measured: MeasuredMap, x: Numbers, y: Numbers, angles: Array, farthest:
             break
         length = np.minimum(length + step, farthest)
     return length
-
-
-def entropy_limit(bins: Array, error: float, quantile: float) -> Array:
-    """Return how many particles occupied bins need, so that their distribution is off by at most ``error``.
-
-    The limit of Fox, KLD-sampling: with the probability whose quantile of the normal distribution is ``quantile``.
-    """
-    bins = np.maximum(bins, 2)
-    share = 2.0 / (9.0 * (bins - 1))
-    return np.asarray(np.ceil((bins - 1) / (2.0 * error) * (1.0 - share + np.sqrt(share) * quantile) ** 3))
-
-
-def quantile_of(probability: float) -> float:
-    """Return the quantile of the normal distribution: amcl's kld_z is the probability, mostly 0.99."""
-    low, high = 0.0, 8.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if 0.5 * (1.0 + math.erf(middle / math.sqrt(2.0))) < probability else (low, middle)
-    return low

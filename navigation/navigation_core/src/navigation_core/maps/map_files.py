@@ -83,8 +83,8 @@ def read_image(described: Description) -> GridMap:
         with open(path, 'rb') as file:
             size = image_size(file.read(HEADER_BYTES))
             if size and size[0] * size[1] > MAX_CELLS:
-                raise MapError(f'the image {path} has {size[0]} x {size[1]} pixels; a map has at most {MAX_CELLS} cells, '
-                               'such as 5000 x 5000. Save it with a coarser resolution, or cut it')
+                raise MapError(f'the image {path} has {size[0]} x {size[1]} pixels; a map has at most {MAX_CELLS} '
+                               'cells, such as 5000 x 5000. Save it with a coarser resolution, or cut it')
             file.seek(0)
             pixels = cv2.imdecode(np.frombuffer(file.read(), np.uint8), cv2.IMREAD_UNCHANGED)
     except OSError as error:

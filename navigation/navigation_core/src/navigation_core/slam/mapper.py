@@ -17,6 +17,8 @@ from navigation_core.slam.matching import Match, beam_distances, match, thinned
 ALL_AROUND = math.pi  # [rad] a scan that covers more needs no particles
 TRUST = 2.0  # weight of one scan in the choice of particles, in independent beams for each radian
 OUTLIERS = 0.1  # share of beams that may end anywhere
+LEAST = np.array([0.02, 0.02, 0.02])  # [m, m, rad] added to the deviations of the odometry
+SPREAD = 0.5  # of the particles, in deviations of the odometry: their increments are matched already
 FITS = 0.08  # [m] standard deviation of a beam's end, for the choice of particles
 
 
@@ -149,9 +151,11 @@ class Mapper:
 
     def _likelihood(self, particle: _Particle, scan: Scan) -> float:
         points = thinned(scan)
+        if not len(points):
+            return 0.0
         off = beam_distances(particle.grid, points, particle.pose)
-        share = np.log(OUTLIERS + (1.0 - OUTLIERS) * np.exp(-0.5 * np.square(off / FITS))).mean() if len(points) else 0.0
-        return float(TRUST * len(scan.angles) * scan.spacing * share)
+        fit = np.log(OUTLIERS + (1.0 - OUTLIERS) * np.exp(-0.5 * np.square(off / FITS))).mean()
+        return float(TRUST * len(scan.angles) * scan.spacing * fit)
 
     def _choose(self) -> None:
         """Replace the particles by what their weights say, once few of them carry most of the weight."""
@@ -173,7 +177,3 @@ def drawn(weights: Array, number: int, offset: float) -> List[int]:
     steps = (np.arange(number) + offset) / number
     found = np.searchsorted(np.cumsum(weights), steps * weights.sum())
     return [int(index) for index in np.minimum(found, len(weights) - 1)]
-
-
-LEAST = np.array([0.02, 0.02, 0.02])  # [m, m, rad] added to the deviations of the odometry
-SPREAD = 0.5  # of the particles, in deviations of the odometry: their increments are matched already
