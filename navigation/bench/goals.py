@@ -90,12 +90,14 @@ def true_map(plan):
 class SimulatedRobot:
     """A robot in the minimaze and the World of its Navigator."""
 
-    def __init__(self, seed, start=START, plan=None):
-        plan = plan or parse(yaml.safe_load(WORLD.read_text()))
+    def __init__(self, seed, start=START, unmapped=()):
+        """``unmapped``: Boxes that are not on the map."""
+        mapped = parse(yaml.safe_load(WORLD.read_text()))
+        plan = mapped._replace(boxes=(*mapped.boxes, *unmapped))
         self.settings, patience, footprint, inflation = configured()
         self.world = RobotWorld(plan, start, watchdog=math.inf)
         self._scanner = rays.LaserScanner(plan, LIDAR_Z, seed=seed)
-        grid, radius = true_map(plan), footprint.inscribed
+        grid, radius = true_map(mapped), footprint.inscribed
         self.costmap = Costmap.of_map(grid, radius, radius, inflation)
         self.local = Costmap(80, 80, RESOLUTION, inscribed=radius, reach=radius, inflation=inflation,
                              track_unknown=False)

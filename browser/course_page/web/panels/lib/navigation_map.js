@@ -14,7 +14,7 @@ export class NavigationMap extends WorldMap {
     super(label, onPlace, () => {});
     this._poseOf = place;
     this.hidden = new Set();  // names of layers
-    this.grids = new Map();   // name: {frame, x, y, yaw, resolution, canvas}
+    this.grids = new Map();   // name: {frame, x, y, yaw, resolution, canvas, known [cells]}
     this.lines = new Map();   // name: {frame, points, colour, closed}
     this.cloud = null;        // {frame, poses}
     this.rays = null;         // {frame, points}
@@ -32,19 +32,30 @@ export class NavigationMap extends WorldMap {
     const context = canvas.getContext('2d');
     const image = context.createImageData(width, height);
     const pixels = new Uint32Array(image.data.buffer);
-    for (let index = 0; index < pixels.length; index += 1) pixels[index] = colours[data[index] & 255];
+    const known = {left: width, right: 0, bottom: height, top: 0};  // [cells]
+    for (let index = 0; index < pixels.length; index += 1) {
+      pixels[index] = colours[data[index] & 255];
+      if (data[index] < 0) continue;
+      const [column, row] = [index % width, Math.floor(index / width)];
+      if (column < known.left) known.left = column;
+      if (column >= known.right) known.right = column + 1;
+      if (row < known.bottom) known.bottom = row;
+      known.top = row + 1;
+    }
     context.putImageData(image, 0, 0);
-    const first = !this.grids.has(name);
-    this.grids.set(name, {frame: header.frame_id, x, y, yaw, resolution, canvas});
-    if (first) this.redraw();
+    const before = this.grids.get(name)?.known;
+    this.grids.set(name, {frame: header.frame_id, x, y, yaw, resolution, canvas, known});
+    if (String(Object.values(before ?? {})) !== String(Object.values(known))) this.redraw();
     else this.draw();
   }
 
   _bounds() {
     const grid = this.grids.get('map');
     if (!grid) return super._bounds();
-    const [width, height] = [grid.canvas.width * grid.resolution, grid.canvas.height * grid.resolution];
-    return {left: grid.x - MARGIN, right: grid.x + width + MARGIN, bottom: grid.y - MARGIN, top: grid.y + height + MARGIN};
+    const {x, y, resolution, known: {left, right, bottom, top}} = grid;
+    if (left >= right) return super._bounds();
+    return {left: x + left * resolution - MARGIN, right: x + right * resolution + MARGIN,
+      bottom: y + bottom * resolution - MARGIN, top: y + top * resolution + MARGIN};
   }
 
   _drawGround(context) {
