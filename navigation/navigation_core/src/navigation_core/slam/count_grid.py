@@ -153,7 +153,7 @@ def _tell(window: dict, ends: Array, normals: Array, shape: Tuple[int, int], res
     ends, normals = ends[known], normals[known]
     points = (ends[:, None, :] + BAND[None, :, None] * normals[:, None, :]).reshape(-1, 2)
     middles = np.floor(points) + 0.5
-    off = ((middles.reshape(len(ends), -1, 2) - ends[:, None, :]) * normals[:, None, :]).sum(axis=2).ravel()
+    off = ((middles.reshape(len(ends), len(BAND), 2) - ends[:, None, :]) * normals[:, None, :]).sum(axis=2).ravel()
     window['told'] += _sums(points, off * resolution, shape)
     window['weights'] += _sums(points, None, shape)
 
