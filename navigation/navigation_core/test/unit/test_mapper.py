@@ -86,7 +86,7 @@ def test_the_grid_grows_and_ends_at_its_limit():
 
 def test_a_corridor_leaves_the_expected_pose_along_it():
     """Two walls along x say nothing about x."""
-    walls = np.concatenate([np.stack([np.linspace(-3.0, 3.0, 200), np.full(200, side)], axis=1) for side in (-1.0, 1.0)])
+    walls = np.concatenate([np.stack([np.linspace(-3.0, 3.0, 200), np.full(200, side)], axis=1) for side in (-1, 1)])
     angles = np.arctan2(walls[:, 1], walls[:, 0])
     order = np.argsort(angles)
     ranges = np.interp(np.arange(-179, 180), np.degrees(angles[order]), np.hypot(*walls[order].T))
