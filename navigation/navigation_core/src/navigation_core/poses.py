@@ -1,6 +1,6 @@
-"""Poses in the plane: one, or arrays of them with a last axis of x, y [m] and yaw [rad]."""
+"""Poses in the plane, and what they do to points: numbers give numbers, arrays give arrays."""
 import math
-from typing import NamedTuple, Tuple, Union
+from typing import Any, NamedTuple, Tuple, Union
 
 import numpy as np
 
@@ -15,12 +15,12 @@ class Pose(NamedTuple):
     y: float = 0.0
     yaw: float = 0.0
 
-    def to_outer(self, x: Numbers, y: Numbers) -> Tuple[Numbers, Numbers]:
+    def to_outer(self, x: Numbers, y: Numbers) -> Tuple[Any, Any]:
         """Return the coordinates of points (x, y) [m] of this frame in the frame that the pose is given in."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return self.x + cos * x - sin * y, self.y + sin * x + cos * y
 
-    def to_inner(self, x: Numbers, y: Numbers) -> Tuple[Numbers, Numbers]:
+    def to_inner(self, x: Numbers, y: Numbers) -> Tuple[Any, Any]:
         """Return the coordinates in this frame of points (x, y) [m] of the frame that the pose is given in."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return cos * (x - self.x) + sin * (y - self.y), cos * (y - self.y) - sin * (x - self.x)

@@ -16,7 +16,7 @@ LENGTH = struct.Struct('<I')
 class Grid(OccupancyGrid):
     """An OccupancyGrid of which ``data`` is an int8 array; the same on the wire. For publishers and subscribers."""
 
-    __slots__ = ()
+    __slots__ = OccupancyGrid.__slots__  # genpy looks for them in the class itself
 
     def serialize(self, buff):
         """Write the message; rospy calls this method."""

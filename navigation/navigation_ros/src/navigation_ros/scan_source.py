@@ -13,6 +13,7 @@ from rospy_support.throttle import WallThrottle
 REPEAT = 15.0  # [s] between two warnings of a kind
 CHECK = 5.0  # [s] between two looks at whether scans come
 PATIENCE = 0.2  # [s] that a scan waits for its transform
+STARTING = 2.0  # [s] in which scans without a transform are normal: nodes start one after the other
 
 
 class ScanSource:
@@ -27,7 +28,7 @@ class ScanSource:
         self._limits = nearest, farthest, usable_range
         self._throttle = WallThrottle(REPEAT)
         self._mounts = {}  # frame of a scan: pose of the scanner on the robot
-        self._last = None
+        self._last = self._failing_since = None  # [s]
         self.buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self.buffer)
         self._scans = rospy.Subscriber('scan', LaserScan, self._on_message, queue_size=1, buff_size=2 ** 20,
@@ -49,12 +50,15 @@ class ScanSource:
                 self._mounts[frame] = self._lookup(self._base, frame, stamp)
             odometry = self.pose(stamp)
         except (tf2_ros.TransformException, ValueError) as error:
+            self._failing_since = self._failing_since or self._last
+            if self._last - self._failing_since < STARTING:
+                return
             self._throttle.warn('tf', 'Ignored a scan on %s: there is no transform of %s at its time, %.3f: %s. Does '
                                 'the node that publishes odometry run, and are ~base_frame and ~odom_frame its frames?',
                                 self._scans.resolved_name,
                                 f'{self._odom} -> {self._base} -> {frame}', stamp.to_sec(), error)
             return
-        self._throttle.forget('tf')
+        self._failing_since = None
         scan = self._usable(message, self._mounts[frame])
         if scan is not None:
             self._on_scan(odometry, scan, stamp)

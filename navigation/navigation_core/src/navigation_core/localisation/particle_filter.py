@@ -44,6 +44,8 @@ class ParticleFilter:
     def __init__(self, measured: MeasuredMap, settings: Settings, sensor: SensorModel, seed: int = 0) -> None:
         """Begin with particles all over the free cells of the map."""
         self.measured, self._settings, self._sensor = measured, settings, sensor
+        self.particles: Array = np.zeros((0, 3))
+        self.weights: Array = np.zeros(0)
         self._random = np.random.default_rng(seed)
         self._quantile = quantile_of(settings.kld_probability)
         self._slow = self._fast = 0.0

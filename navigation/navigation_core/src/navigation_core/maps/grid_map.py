@@ -1,5 +1,5 @@
 """The occupancy grid, as a nav_msgs/OccupancyGrid has it."""
-from typing import Tuple, Union
+from typing import Any, Tuple, Union
 
 import numpy as np
 
@@ -41,11 +41,11 @@ class GridMap:
         """The number of rows."""
         return int(self.cells.shape[0])
 
-    def to_world(self, columns: Indices, rows: Indices) -> Tuple[Numbers, Numbers]:
+    def to_world(self, columns: Indices, rows: Indices) -> Tuple[Any, Any]:
         """Return x, y [m] of the middles of cells."""
         return self.origin.to_outer((columns + 0.5) * self.resolution, (rows + 0.5) * self.resolution)
 
-    def to_cell(self, x: Numbers, y: Numbers) -> Tuple[Indices, Indices]:
+    def to_cell(self, x: Numbers, y: Numbers) -> Tuple[Any, Any]:
         """Return the columns and rows of the cells that the points (x, y) [m] lie in; they may be outside of the map.
 
         Integers for numbers, integer arrays for arrays. The points must be finite.

@@ -137,7 +137,7 @@ def _cells(pixels: Array, described: Description) -> Array:
     if described.negate:
         light = 255.0 - light
     if described.mode == 'raw':
-        return light.astype(np.uint8).astype(np.int8)
+        return np.asarray(light.astype(np.uint8).astype(np.int8))
     dark = (255.0 - light) / 255.0
     if described.mode == 'trinary':
         between: Any = UNKNOWN
@@ -147,7 +147,7 @@ def _cells(pixels: Array, described: Description) -> Array:
         if alpha:
             between = np.where(pixels[:, :, -1] == 0, UNKNOWN, between)
     cells = np.where(dark > described.occupied_thresh, OCCUPIED, np.where(dark < described.free_thresh, FREE, between))
-    return cells.astype(np.int8)
+    return np.asarray(cells.astype(np.int8))
 
 
 def _number(key: str, value: Any) -> float:

@@ -4,7 +4,7 @@ Near a wall, the distance is the mean of what the scans say, so it is right to a
 that to the nearest occupied cell. In front of a wall it is positive, behind it negative. The grid grows with what is
 seen.
 """
-from typing import Tuple
+from typing import Dict, Optional, Tuple
 
 import cv2
 import numpy as np
@@ -109,7 +109,7 @@ class CountGrid:
         self.corner = self.corner - before
 
 
-def _sums(points: Array, values: Array, shape: Tuple[int, int]) -> Array:
+def _sums(points: Array, values: Optional[Array], shape: Tuple[int, int]) -> Array:
     """Return the sums (rows, columns) of values, or the numbers, of the points [cells] in each cell."""
     cells = np.floor(points).astype(int)
     inside = ((cells >= 0) & (cells < shape[::-1])).all(axis=1)
@@ -148,17 +148,17 @@ def _normals(ends: Array, scan: Scan, resolution: float) -> Array:
     return normals
 
 
-def _tell(window: dict, ends: Array, normals: Array, shape: Tuple[int, int], resolution: float) -> None:
+def _tell(window: Dict[str, Array], ends: Array, normals: Array, shape: Tuple[int, int], resolution: float) -> None:
     known = np.isfinite(normals[:, 0])
     ends, normals = ends[known], normals[known]
     points = (ends[:, None, :] + BAND[None, :, None] * normals[:, None, :]).reshape(-1, 2)
     middles = np.floor(points) + 0.5
-    off = ((middles.reshape(len(ends), -1, 2) - ends[:, None, :]) * normals[:, None, :]).sum(axis=2).ravel()
+    off = ((middles.reshape(len(ends), len(BAND), 2) - ends[:, None, :]) * normals[:, None, :]).sum(axis=2).ravel()
     window['told'] += _sums(points, off * resolution, shape)
     window['weights'] += _sums(points, None, shape)
 
 
-def _distances(window: dict, resolution: float) -> Array:
+def _distances(window: Dict[str, Array], resolution: float) -> Array:
     """Return the signed distances [m] of cells."""
     hits, seen, weights = window['hits'], window['seen'], window['weights']
     occupied = hits > 0.25 * seen
@@ -166,4 +166,5 @@ def _distances(window: dict, resolution: float) -> Array:
         return np.full(hits.shape, FARTHEST, np.float32)
     away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, 3) * resolution
     away = np.where((seen > SEEN), away, -away)
-    return np.clip(np.where(weights > 0, window['told'] / np.maximum(weights, 1.0), away), -FARTHEST, FARTHEST)
+    return np.asarray(np.clip(np.where(weights > 0, window['told'] / np.maximum(weights, 1.0), away),
+                              -FARTHEST, FARTHEST))

@@ -4,7 +4,7 @@ A scanner all around sees walls in every direction, so matching alone finds each
 a direction open; then each particle keeps a guess of its own, and what fits when the robot comes back survives.
 """
 import math
-from typing import List, NamedTuple, Optional
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ class Settings(NamedTuple):
     """What the user chooses; the names in brackets are gmapping's parameters."""
 
     resolution: float = 0.05  # [m] (delta)
-    area: tuple = (-10.0, -10.0, 10.0, 10.0)  # [m] (xmin, ymin, xmax, ymax) at the beginning
+    area: Tuple[float, float, float, float] = (-10.0, -10.0, 10.0, 10.0)  # [m] (xmin, ymin, xmax, ymax), grows
     particles: int = 30
     linear_update: float = 1.0  # [m] (linearUpdate)
     angular_update: float = 0.5  # [rad] (angularUpdate)
@@ -100,7 +100,7 @@ class Mapper:
     def _weights(self) -> Array:
         logs = np.array([particle.weight for particle in self._particles])
         weights: Array = np.exp(logs - logs.max())
-        return weights / weights.sum()
+        return np.asarray(weights / weights.sum())
 
     def _add_first(self, scan: Scan) -> None:
         covered = len(scan.angles) * scan.spacing

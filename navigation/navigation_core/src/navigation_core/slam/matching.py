@@ -33,7 +33,7 @@ class Match(NamedTuple):
 def thinned(scan: Scan, beams: int = BEAMS) -> Array:
     """Return (n, 2) points [m] that the scan hit, at most ``beams``."""
     points = scan.points[scan.hit]
-    return points[::max(1, math.ceil(len(points) / beams))]
+    return np.asarray(points[::max(1, math.ceil(len(points) / beams))])
 
 
 def match(grid: CountGrid, points: Array, expected: Pose, deviations: Sequence[float]) -> Match:
