@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
+from figures import Figure, Target, median, p95
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
@@ -196,3 +197,14 @@ def measured(number=20, seed=1):
             'detour': [drive.length / drive.shortest for drive in found if drive.shortest > SHORT],
             'plan': [1e3 * each for drive in found for each in drive.plans],
             'control': [100.0 * sum(sum(drive.control) for drive in found) / sum(drive.seconds for drive in found)]}
+
+
+FIGURES = (
+    Figure('random goals that meet all targets', 'goals', '%', median, Target('at_least', 100.0)),
+    Figure('distance from the goal at the end, largest', 'goal_distance', 'm', max, Target('below', CLOSE)),
+    Figure('heading there, largest error', 'goal_turn', 'rad', max, Target('below', CLOSE)),
+    Figure('steps in which the robot touched a wall', 'collisions', '', max, Target('at_most', 0.0)),
+    Figure('length of the drive over the shortest path, largest', 'detour', '', max, Target('at_most', DETOUR)),
+    Figure('CPU of a plan, 160 x 160 cells', 'plan', 'ms', p95, Target('at_most', 20.0)),
+    Figure('share of a core: control at 10 Hz, scans at 5 Hz', 'control', '%', median, Target('at_most', 20.0)),
+)

@@ -13,6 +13,7 @@ os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # befo
 import cv2
 import numpy as np
 
+import goals
 from figures import Figure, Target, median
 from maze_drive import START, camera_scan, drive, lidar_scan, walls
 from navigation_core.localisation import particle_filter
@@ -111,6 +112,7 @@ MEASUREMENTS['map_camera'] = Measurement(partial(map_drive, 'good', camera_scan,
                                          "map, the camera's 90 degrees", in_process=True)
 MEASUREMENTS.update({f'localise_{name}': Measurement(partial(localise, name), f'localise, {name} odometry',
                                                      in_process=True) for name in NOISES})
+MEASUREMENTS['goals'] = Measurement(lambda _subject, _scale: goals.measured(), '20 random goals', in_process=True)
 MEASUREMENTS['carried'] = Measurement(carry, 'a robot that is carried away', in_process=True)
 
 
@@ -133,4 +135,5 @@ FIGURES = (
         Figure(f'localisation, noise {noise:g}: CPU an update', f'{name}_local_time', 'ms', median))),
     Figure('carried away: time until found', 'carried', 's', median, Target('below', 15.0)),
     Figure('carried away: scans off by more than 0.2 m', 'carried_lost', '%'),
+    *goals.FIGURES,
 )
