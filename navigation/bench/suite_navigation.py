@@ -58,8 +58,8 @@ def map_drive(name, scan_of, key, seed, _subject, _scale, **settings):
     made, errors, times = mapped(moments(*NOISES[name], seed), scan_of, **settings)
     found = scores(made.to_map(), walls(), START[:2])
     return {f'{key}_iou': [found.iou], f'{key}_right': [100.0 * found.right], f'{key}_found': [100.0 * found.found],
-            f'{key}_median': [100.0 * np.median(errors)], f'{key}_p95': [100.0 * np.percentile(errors, 95)],
-            f'{key}_time': [np.mean(times)]}
+            f'{key}_median': [100.0 * float(np.median(errors))],
+            f'{key}_p95': [100.0 * float(np.percentile(errors, 95))], f'{key}_time': [float(np.mean(times))]}
 
 
 @lru_cache(maxsize=None)
@@ -92,8 +92,9 @@ def localised(log, carried=False, **settings):
 def localise(name, _subject, _scale):
     """Localise on a drive whose start is known."""
     errors, times = localised(moments(*NOISES[name], 2))
-    return {f'{name}_local_median': [100.0 * np.median(errors)],
-            f'{name}_local_p95': [100.0 * np.percentile(errors, 95)], f'{name}_local_time': [np.mean(times)]}
+    return {f'{name}_local_median': [100.0 * float(np.median(errors))],
+            f'{name}_local_p95': [100.0 * float(np.percentile(errors, 95))],
+            f'{name}_local_time': [float(np.mean(times))]}
 
 
 def carry(_subject, _scale):
