@@ -344,7 +344,7 @@ make_venv() {
   rm -f "$ws/.venv_made"
   env -u PYTHONPATH -u PYTHONHOME /usr/bin/python3 -m venv --system-site-packages $clear "$ws/venv" &&
     "${pip[@]}" -r "$repo/tools/pip.lock" &&
-    "${pip[@]}" --only-binary numpy,opencv-python-headless "${locks[@]/#/-r}" &&
+    "${pip[@]}" --only-binary numpy,opencv-python-headless,scipy "${locks[@]/#/-r}" &&
     { printf '%s\n' "$before"; venv_stamp; } | sort -u >"$ws/.venv_made"
 }
 

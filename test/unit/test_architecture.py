@@ -32,6 +32,7 @@ INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
             'simulation/sim_scene/src': IMAGES,
+            'navigation/navigation_core/src': IMAGES | {'scipy'},
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
@@ -58,7 +59,8 @@ TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that use
 MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress')
                   for path in (REPOSITORY / folder).rglob('*.py')}
                  | {path for package in PACKAGES.values() for path in package.python()})
-LESSON_PACKAGES = 'actionlib_tutorials', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf', 'turtle_tf2'
+LESSON_PACKAGES = ('actionlib_tutorials', 'robotont_navigation', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf',
+                   'turtle_tf2')
 FORWARDERS = 'browser.py', 'demo.py', 'grade.py', 'marker_sequence.py'  # of the root: they start another package's
 CONTROLLED = 'ar_maze.py', 'drive_server.py', 'drive_shape.py'  # their controllers, without ROS, lie in the package
 OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', 'actionlib', 'numpy',

@@ -9,6 +9,7 @@ import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {name: (REPOSITORY / 'docs' / name).read_text(encoding='utf-8') for name in ('course.md', 'course_next.md')}
+NAVIGATION = (REPOSITORY / 'docs' / 'course_navigation.md').read_text(encoding='utf-8')  # not graded yet
 PARTS = ('You will learn', 'The program', 'The code explained', 'Run it', 'What you see', 'What goes wrong',
          'Now change it', 'Grade your own')
 MARKED = re.compile(r'^<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
@@ -29,7 +30,8 @@ STEPS = {number: text for page in PAGES.values() for number, text in sections(pa
 each_step = pytest.mark.parametrize('number', STEPS)
 
 
-@pytest.mark.parametrize('path, printed', [found for text in PAGES.values() for found in MARKED.findall(text)],
+@pytest.mark.parametrize('path, printed', [found for text in (*PAGES.values(), NAVIGATION)
+                                           for found in MARKED.findall(text)],
                          ids=lambda value: value if value.count('\n') == 0 else '')
 def test_a_printed_program_is_the_file(path, printed):
     assert printed == (REPOSITORY / path).read_text(encoding='utf-8')

@@ -20,7 +20,7 @@ MAX_BYTES = 1.5e6  # of the moving picture in README.md
 MAX_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
-                   'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
+                   'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/', 'mymap.yaml'}
 OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')

@@ -12,7 +12,8 @@ from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY
 
 VERSION = '0.2.0'  # of all packages that stand for nothing else
 ROSDEP = {name: f'python3-{name}' for name in (
-    'cairo', 'cbor2', 'jinja2', 'numpy', 'psutil', 'rospkg', 'selenium', 'tornado', 'tqdm')}  # module: rosdep's name
+    'cairo', 'cbor2', 'jinja2', 'numpy', 'psutil', 'rospkg', 'scipy', 'selenium',
+    'tornado', 'tqdm')}  # module: rosdep's name
 ROSDEP.update(cv2='python3-opencv', tkinter='python3-tk', yaml='python3-yaml')
 OPTIONAL = {'dask', 'distributed', 'gymnasium',  # installed for the commands that need them
             'ament_index_python'}  # a part of ROS 2 that our xacro brings along

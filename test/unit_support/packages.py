@@ -9,7 +9,7 @@ from unit_support.imports import imports_of, in_standard_library, strings_in, tr
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
-ORDER = ('support',), ('simulation', 'vision'), ('lessons', 'browser'), ('grading',), ('demo',), ('test',)
+ORDER = ('support',), ('simulation', 'vision', 'navigation'), ('lessons', 'browser'), ('grading',), ('demo',), ('test',)
 ROOMS = tuple(room for rooms in ORDER for room in rooms)
 OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
 LAUNCH_FILES = '.launch', '.xacro', '.urdf'

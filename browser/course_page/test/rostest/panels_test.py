@@ -14,13 +14,14 @@ import urllib.request
 
 import rosgraph
 import rospy
-from geometry_msgs.msg import Point, Twist
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Twist
+from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 from std_msgs.msg import Int32, String
 
 from rostest_support import browser
-from rostest_support.common import DEADLINE, SimulatorCase, run, skip, until
+from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
 
 AXE = '''(async () => {
     const {violations} = await axe.run(document, {
@@ -247,6 +248,36 @@ class PanelsTest(SimulatorCase):
         self.assertTrue(rospy.has_param('/example'))
         self.press('Press again to delete')
         until(lambda: not rospy.has_param('/example'), 'the end of the parameter')
+
+    def test_an_arrow_on_the_map_is_a_goal_or_an_estimate(self):
+        grid = OccupancyGrid(data=[0] * 100 * 100)
+        grid.header.frame_id, grid.info.origin.orientation.w = 'map', 1.0
+        grid.info.resolution, grid.info.width, grid.info.height = 0.05, 100, 100  # 5 m x 5 m, its middle at 2.5, 2.5
+        latched = rospy.Publisher('/map', OccupancyGrid, latch=True, queue_size=1)
+        self.addCleanup(latched.unregister)
+        latched.publish(grid)
+        goals = Collected('/move_base_simple/goal', PoseStamped)
+        estimates = Collected('/initialpose', PoseWithCovarianceStamped)
+        for one in (goals, estimates):
+            self.addCleanup(one.subscriber.unregister)
+        self.open('map')
+        self.browser.until(lambda: 'There is no map yet' not in self.text(), 'the map')
+        arrow = '''(() => {const map = document.querySelector(".map"), box = map.getBoundingClientRect();
+            const at = (type, x, y) => map.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 1,
+                clientX: box.left + box.width / 2 + x, clientY: box.top + box.height / 2 + y}));
+            map.setPointerCapture = () => {};
+            at("pointerdown", 0, 0); at("pointermove", 0, -80); at("pointerup", 0, -80);})()'''
+        for button, collected in (('2D Nav Goal', goals), ('2D Pose Estimate', estimates)):
+            self.press(button)
+            self.browser.evaluate(arrow)
+            until(lambda collected=collected: collected.messages, button)
+            pose = collected.messages[0].pose
+            self.assertEqual('map', collected.messages[0].header.frame_id)
+            pose = getattr(pose, 'pose', pose)
+            self.assertAlmostEqual(2.5, pose.position.x, delta=0.02)
+            self.assertAlmostEqual(2.5, pose.position.y, delta=0.02)
+            self.assertAlmostEqual(0.7071, pose.orientation.z, delta=0.001)  # up on the map: 90 degrees
+        self.assertEqual([0.25, 0.25, 0.0685], [estimates.messages[0].pose.covariance[at] for at in (0, 7, 35)])
 
     def test_log_messages_are_filtered_and_counted(self):
         log = rospy.Publisher('/rosout_agg', Log, queue_size=100)

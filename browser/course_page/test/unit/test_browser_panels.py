@@ -71,6 +71,9 @@ def value(page, module, expression):
      ['/turtle1/pose/x', '/turtle1/pose/y', '/odom/a/b']),
     ('fields', 'm.split("/a/b/c", ["/a", "/a/b", "/a/bc"])', {'topic': '/a/b', 'path': 'c'}),
     ('fields', 'm.split("/a", ["/b"])', None),
+    ('navigation_map', '[...new Uint8Array(m.mapColours().buffer)].slice(4 * 100, 4 * 101)', [0, 0, 0, 255]),
+    ('navigation_map', '[...new Uint8Array(m.mapColours().buffer)].slice(4 * 255)', [112, 137, 134, 255]),
+    ('navigation_map', '[0, 99, 100, 255].map((value) => m.costColours()[value] >>> 24)', [0, 150, 200, 0]),
     ('log', '''(() => {
         const log = (secs, msg) => ({header: {stamp: {secs, nsecs: 0}}, name: "/a", msg});
         return m.merged([log(1, "old"), log(2, "both")], [log(2, "both"), log(2, "new")]).map((one) => one.msg);
@@ -373,3 +376,25 @@ def test_a_silent_link_counts_as_stalled_until_something_comes(page):
     before, wait, after = json.loads(page.evaluate(SILENCED))
     assert (before, after) == (False, False)
     assert 1000.0 < wait < 5000.0  # [ms]; 2000 after the last answer
+
+
+TRANSFORMS = """(async () => {
+    const {Transforms} = await import("/app/transforms.js");
+    const takers = [];
+    const frames = new Transforms({subscribe: (topic, type, take) => takers.push(take)});
+    const set = (parent, child, x, y, yaw) => takers[0]({transforms: [{header: {frame_id: parent},
+        child_frame_id: child,
+        transform: {translation: {x, y}, rotation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}}}]});
+    set("map", "odom", 1, 0, Math.PI / 2);
+    set("/odom", "base", 2, 0, 0);
+    set("base", "laser", 0, 1, 0);
+    return JSON.stringify([frames.pose("laser", "map"), frames.pose("map", "/base"), frames.pose("base", "nowhere")]);
+})()"""
+
+
+def test_frames_are_joined_in_the_plane(page):
+    """The robot is 2 m along odom's x axis, which is map's y axis, and looks there; the laser is 1 m to its left."""
+    laser, of_map, unknown = json.loads(page.evaluate(TRANSFORMS))
+    assert [laser[key] for key in ('x', 'y', 'yaw')] == pytest.approx([0.0, 2.0, 1.5707963])
+    assert [of_map[key] for key in ('x', 'y', 'yaw')] == pytest.approx([-2.0, 1.0, -1.5707963])
+    assert unknown is None

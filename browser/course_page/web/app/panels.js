@@ -4,6 +4,7 @@ export const PANELS = [
   {id: 'turtle', title: 'Turtle', group: 'Simulators', icon: 'M12 5c4 0 7 3 7 6.5S16 18 12 18s-7-3-7-6.5S8 5 12 5zM12 5V3M6 7 4 5M18 7l2-2M6.5 16.5 5 19M17.5 16.5 19 19M9 10l3-2 3 2v3l-3 2-3-2z'},
   {id: 'robot', title: 'Robotont', group: 'Simulators', icon: 'M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18zM12 7l4 7H8z'},
   {id: 'start', title: 'Start', group: 'Simulators', icon: 'M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18zM10 8l6 4-6 4z'},
+  {id: 'map', title: 'Map', group: 'Simulators', icon: 'M4 6l5-2 6 2 5-2v14l-5 2-6-2-5 2zM9 4v14M15 6v14'},
   {id: 'plot', title: 'Plot', group: 'Look', icon: 'M4 4v16h16M7 15l4-5 3 3 5-7'},
   {id: 'image', title: 'Image', group: 'Look', icon: 'M4 5h16v14H4zM4 16l5-5 4 4 3-3 4 4M15.5 9.500v.01'},
   {id: 'console', title: 'Console', group: 'Look', icon: 'M4 5h16v14H4zM7 9l3 3-3 3M12 15h5'},

@@ -15,7 +15,7 @@ NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence
 MAIN = re.compile(r'^from ([a-z_.]+) import main$', re.MULTILINE)
 OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of the same shape
     'averaging_client', 'fibonacci_callback_client', 'fibonacci_class_client', 'fibonacci_client',
-    'fibonacci_client.py', 'shape_client', 'averaging_server', 'gen_numbers.py', 'fibonacci_server',
+    'fibonacci_client.py', 'patrol.py', 'shape_client', 'averaging_server', 'gen_numbers.py', 'fibonacci_server',
     'turtle_tf2_message_broadcaster.py', 'turtle_tf_message_broadcaster.py', 'turtle_tf2_message_filter',
     'turtle_tf_message_filter', 'dynamic_tf2_broadcaster.py', 'dynamic_tf_broadcaster.py', 'fixed_tf2_broadcaster.py',
     'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',

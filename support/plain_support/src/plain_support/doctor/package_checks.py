@@ -23,9 +23,10 @@ MODULES = {'Image': 'python3-pil', 'PIL': 'python3-pil', 'cv': 'python3-opencv',
            'skimage': 'python3-skimage', 'sklearn': 'python3-sklearn', 'usb': 'python3-usb', 'yaml': 'python3-yaml',
            'PyKDL': 'python3-pykdl', 'Xlib': 'python3-xlib', 'wx': 'python3-wxgtk4.0', 'gi': 'python3-gi'}
 GAZEBO = 'the stand-in gazebo_ros reads the plugins of robots on wheels; Gazebo itself needs another system'
-NAVIGATION = 'Debian has no navigation stack'
-INSTEAD = {'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
-           'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION}
+MAPPING = 'gmapping makes maps here'
+FOLLOWING = 'move_base has TrajectoryPlannerROS and DWAPlannerROS here'
+INSTEAD = {'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'cartographer_ros': MAPPING,
+           'hector_mapping': MAPPING, 'slam_toolbox': MAPPING, 'teb_local_planner': FOLLOWING}
 PYTHON_ONLY = {'cv_bridge'}  # stand-ins without C++
 FIND = ('import importlib.util, json, sys\ndef found(name):\n try: return bool(importlib.util.find_spec(name))\n'
         ' except (ImportError, ValueError): return False\nprint(json.dumps([n for n in sys.argv[1:] if found(n)]))')

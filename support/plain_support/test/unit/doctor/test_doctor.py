@@ -204,8 +204,8 @@ FAULTS = [
     Fault('dead_display', False, 'changed+=(DISPLAY=:59876)', ('DISPLAY=:59876', '/turtlesim/snapshot')),
     Fault('package_to_install', True, 'mkdir other; echo \'<node pkg="rviz" type="rviz"/>\' >other/a.launch',
           ('rviz is missing, which a.launch needs', 'apt-get install', ' rviz'), arguments=('other',)),
-    Fault('package_not_to_be_had', True, 'mkdir other; echo \'<node pkg="amcl" type="amcl"/>\' >other/a.launch',
-          ('amcl is missing, which a.launch needs', 'navigation'), arguments=('other',)),
+    Fault('package_not_to_be_had', True, 'mkdir other; echo \'<node pkg="slam_toolbox" type="x"/>\' >other/a.launch',
+          ('slam_toolbox is missing, which a.launch needs', 'gmapping'), arguments=('other',)),
     Fault('python2_program', True, 'mkdir other; echo "print 1" >other/a.py',
           ("/other/a.py is written for Python 2: line 1: 'print 1' is no Python 3", '2to3 -w /'), arguments=('other',)),
     Fault('camera_unusable', False, 'mount -t tmpfs none /dev; mknod -m 666 /dev/null c 1 3\n'

@@ -1,0 +1,1 @@
+"""amcl: finds a robot in a known map, by particles."""

@@ -1,0 +1,77 @@
+"""A drive through the minimaze without ROS: what the odometry says, what the scanner sees, and the truth."""
+import math
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from kinematic_core.worlds.floor_plan import corners
+from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
+from kinematic_core.worlds.planar import Pose2D
+from kinematic_core.worlds.rays import FARTHEST, FIRST_ANGLE, LAST_ANGLE, NEAREST, RAYS, LaserScanner
+from kinematic_core.worlds.robot_world import RobotWorld
+from navigation_core.poses import Pose
+from navigation_core.scans import usable
+from robotont_gazebo.core.worlds import load_world
+
+WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))),
+                      'simulation', 'robotont_gazebo', 'worlds')
+START = Pose2D(-2.0, 0.0, 0.0)
+TOUR = ((-2, 2), (0, 2), (0, -2), (-2, -2), (0, -2), (2, -2), (2, 2), (2, -2), (0, -2), (0, 2), (-2, 2), (-2, 0))
+SPEED, TURN = 0.3, 0.4  # [m/s], [rad/s]
+COMMAND_STEPS, SCAN_STEPS = 12, 24  # of 120 a second
+INCREMENT = (LAST_ANGLE - FIRST_ANGLE) / (RAYS - 1)
+MOUNT = Pose(LIDAR_X, 0.0, 0.0)
+CAMERA = slice(RAYS * 3 // 8, RAYS * 5 // 8)  # the beams of 90 degrees ahead
+CAMERA_NEAREST, CAMERA_FARTHEST = 0.4, 5.0  # [m]
+
+
+class Moment(NamedTuple):
+    """One scan of a drive: time [s], true pose, odometry's pose, ranges [m]."""
+
+    time: float
+    truth: Pose
+    odometry: Pose
+    ranges: np.ndarray
+
+
+def plan():
+    """Return the FloorPlan of the minimaze."""
+    return load_world('minimaze', WORLDS)[0]
+
+
+def walls(height=LIDAR_Z):
+    """Return the walls that a scanner at ``height`` [m] sees, as polygons."""
+    return [corners(box) for box in plan().boxes if box.height > height]
+
+
+def drive(noise, slip, seed, tour=TOUR):
+    """Return the Moments of a drive with the odometry's noise [m] and slip, as robotont_gazebo's ~odom_*."""
+    floor = plan()
+    world = RobotWorld(floor, START, slip=slip, noise=noise, seed=seed)
+    scanner = LaserScanner(floor, LIDAR_Z, seed=seed)
+    goals, moments = list(tour), []
+    while goals:
+        pose = world.pose
+        if world.steps % COMMAND_STEPS == 0:
+            x, y = goals[0][0] - pose.x, goals[0][1] - pose.y
+            if math.hypot(x, y) < 0.1:
+                goals.pop(0)
+            speed, angle = min(SPEED, 2.0 * math.hypot(x, y)), math.atan2(y, x) - pose.yaw
+            world.command(speed * math.cos(angle), speed * math.sin(angle), TURN * math.cos(world.time / 17.0))
+        if world.steps % SCAN_STEPS == 0:
+            moments.append(Moment(world.time, Pose(*pose), Pose(*world.odometry.pose),
+                                  scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)))
+        world.step()
+    return moments
+
+
+def lidar_scan(moment):
+    """Return the Scan of the model with the lidar."""
+    return usable(moment.ranges, FIRST_ANGLE, INCREMENT, NEAREST, FARTHEST, FARTHEST, MOUNT)
+
+
+def camera_scan(moment):
+    """Return the Scan of a depth camera: the beams ahead, of CAMERA_NEAREST to CAMERA_FARTHEST."""
+    return usable(moment.ranges[CAMERA], FIRST_ANGLE + CAMERA.start * INCREMENT, INCREMENT, CAMERA_NEAREST,
+                  CAMERA_FARTHEST, CAMERA_FARTHEST, MOUNT)

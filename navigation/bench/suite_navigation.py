@@ -1,0 +1,140 @@
+"""The bench of mapping and localisation: drives through the minimaze without ROS, compared with the truth.
+
+The odometry of a robot in `NOISES` gets worse from drive to drive. Pose errors are those of every scan (5 a second);
+processor time is that of one scan.
+"""
+import math
+import os
+import time
+from functools import lru_cache, partial
+
+os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # before numpy is loaded
+
+import cv2
+import numpy as np
+
+import goals
+from figures import Figure, Target, median
+from maze_drive import START, camera_scan, drive, lidar_scan, walls
+from navigation_core.localisation import particle_filter
+from navigation_core.localisation.particle_filter import ParticleFilter
+from navigation_core.localisation.sensor import MeasuredMap, SensorModel
+from navigation_core.maps.scores import scores
+from navigation_core.poses import Pose
+from navigation_core.slam import mapper
+from navigation_core.slam.mapper import Mapper
+from session import FULL, QUICK, Measurement
+
+NEEDS_NODE = False
+NOISES = {'exact': (0.0, 0.0), 'good': (0.02, 0.02), 'fair': (0.05, 0.05), 'bad': (0.1, 0.05)}  # noise [m], slip
+PARTICLES = 500
+SPREAD = np.diag([0.2, 0.2, 0.2]) ** 2
+UPDATE_WAY, UPDATE_TURN = 0.2, math.pi / 6.0  # [m], [rad] amcl's
+CARRIED = 150, 330  # scans between which the robot is carried: it does not see them
+FOUND = 0.2  # [m]
+
+__all__ = ['FIGURES', 'FULL', 'MEASUREMENTS', 'NEEDS_NODE', 'QUICK']
+cv2.setNumThreads(1)
+moments = lru_cache(maxsize=None)(drive)
+
+
+def error(pose, truth):
+    return math.hypot(pose.x - truth.x, pose.y - truth.y)
+
+
+def mapped(log, scan_of, **settings):
+    """Return (Mapper, errors [m], processor time of each scan [ms])."""
+    made, errors, times = Mapper(mapper.Settings(area=(-5.0, -5.0, 5.0, 5.0), **settings), Pose(*START)), [], []
+    for moment in log:
+        scan, begun = scan_of(moment), time.process_time()
+        made.process(moment.odometry, scan, moment.time)
+        times.append(1e3 * (time.process_time() - begun))
+        errors.append(error(made.pose, moment.truth))
+    return made, errors, times
+
+
+def map_drive(name, scan_of, key, seed, _subject, _scale, **settings):
+    """Map a drive and score the map."""
+    made, errors, times = mapped(moments(*NOISES[name], seed), scan_of, **settings)
+    found = scores(made.to_map(), walls(), START[:2])
+    return {f'{key}_iou': [found.iou], f'{key}_right': [100.0 * found.right], f'{key}_found': [100.0 * found.found],
+            f'{key}_median': [100.0 * float(np.median(errors))],
+            f'{key}_p95': [100.0 * float(np.percentile(errors, 95))], f'{key}_time': [float(np.mean(times))]}
+
+
+@lru_cache(maxsize=None)
+def known_map():
+    """Return the MeasuredMap of an exact drive, whose frame is the world's."""
+    return MeasuredMap(mapped(moments(*NOISES['exact'], 1), lidar_scan)[0].to_map(), 2.0)
+
+
+def localised(log, carried=False, **settings):
+    """Return (errors [m] of each scan, processor time of each update [ms])."""
+    tracked = ParticleFilter(known_map(), particle_filter.Settings(
+        max_particles=PARTICLES, motion='omni-corrected', **settings), SensorModel())
+    tracked.place(log[0].truth, SPREAD)
+    last = base = None
+    errors, times = [], []
+    for index, moment in enumerate(log):
+        if carried and index == CARRIED[0]:
+            last = moment.odometry  # the wheels did not turn
+        step = last.step_to(moment.odometry) if last else Pose()
+        if base is None or math.hypot(step.x, step.y) > UPDATE_WAY or abs(step.yaw) > UPDATE_TURN:
+            begun = time.process_time()
+            tracked.update(step, lidar_scan(moment))
+            pose = tracked.estimate().pose
+            times.append(1e3 * (time.process_time() - begun))
+            last, base = moment.odometry, pose.then(moment.odometry.inverse())
+        errors.append(error(base.then(moment.odometry), moment.truth))
+    return errors, times
+
+
+def localise(name, _subject, _scale):
+    """Localise on a drive whose start is known."""
+    errors, times = localised(moments(*NOISES[name], 2))
+    return {f'{name}_local_median': [100.0 * float(np.median(errors))],
+            f'{name}_local_p95': [100.0 * float(np.percentile(errors, 95))],
+            f'{name}_local_time': [float(np.mean(times))]}
+
+
+def carry(_subject, _scale):
+    """Measure how long a robot that was carried away drives until it knows where it is."""
+    log = moments(*NOISES['good'], 2)
+    log = log[:CARRIED[0]] + log[CARRIED[1]:]
+    errors, _ = localised(log, True, recovery_slow=0.001, recovery_fast=0.1)
+    late = [index for index in range(CARRIED[0], len(log)) if errors[index] > FOUND]
+    first = next(index for index in range(CARRIED[0], len(log)) if errors[index] < FOUND)
+    return {'carried': [log[first].time - log[CARRIED[0]].time], 'carried_lost': [100.0 * len(late) / len(log)]}
+
+
+MEASUREMENTS = {f'map_{name}': Measurement(partial(map_drive, name, lidar_scan, name, 1), f'map, {name} odometry',
+                                           in_process=True) for name in NOISES}
+MEASUREMENTS['map_camera'] = Measurement(partial(map_drive, 'good', camera_scan, 'camera', 1),
+                                         "map, the camera's 90 degrees", in_process=True)
+MEASUREMENTS.update({f'localise_{name}': Measurement(partial(localise, name), f'localise, {name} odometry',
+                                                     in_process=True) for name in NOISES})
+MEASUREMENTS['goals'] = Measurement(lambda _subject, _scale: goals.measured(), '20 random goals', in_process=True)
+MEASUREMENTS['carried'] = Measurement(carry, 'a robot that is carried away', in_process=True)
+
+
+def _map_figures(key, words, iou, limit):
+    yield Figure(f'{words}: IoU of the free area', f'{key}_iou', '', median, Target('at_least', iou))
+    yield Figure(f'{words}: occupied cells that are right', f'{key}_right', '%')
+    yield Figure(f'{words}: walls found', f'{key}_found', '%')
+    yield Figure(f'{words}: pose error, median', f'{key}_median', 'cm', median, Target('below', limit))
+    yield Figure(f'{words}: pose error, p95', f'{key}_p95', 'cm', median, Target('below', 10.0))
+    yield Figure(f'{words}: CPU a scan', f'{key}_time', 'ms', median, Target('below', 10.0))
+
+
+FIGURES = (
+    *(figure for name, (noise, slip) in NOISES.items()
+      for figure in _map_figures(name, f'map, noise {noise:g}, slip {slip:g}', 0.95, 5.0)),
+    *_map_figures('camera', "map, the camera's 90 degrees, noise 0.02", 0.8, 10.0),
+    *(figure for name, (noise, slip) in NOISES.items() for figure in (
+        Figure(f'localisation, noise {noise:g}: median', f'{name}_local_median', 'cm', median, Target('below', 5.0)),
+        Figure(f'localisation, noise {noise:g}: p95', f'{name}_local_p95', 'cm', median, Target('below', 10.0)),
+        Figure(f'localisation, noise {noise:g}: CPU an update', f'{name}_local_time', 'ms', median))),
+    Figure('carried away: time until found', 'carried', 's', median, Target('below', 15.0)),
+    Figure('carried away: scans off by more than 0.2 m', 'carried_lost', '%'),
+    *goals.FIGURES,
+)

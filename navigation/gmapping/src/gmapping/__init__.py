@@ -1,0 +1,1 @@
+"""gmapping: makes a map of laser scans and odometry."""

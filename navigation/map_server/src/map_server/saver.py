@@ -1,0 +1,74 @@
+"""The program map_saver: writes the next map of the topic ``map`` as NAME.pgm and NAME.yaml.
+
+Threading contract: rospy's thread stores the map; the main thread waits for it and writes.
+"""
+import argparse
+import sys
+import threading
+
+import rospy
+
+from navigation_core.maps.map_files import saved
+from navigation_ros import grids
+from plain_support import write_whole
+from rospy_support import nodes
+
+NAME = 'map_saver'
+PATIENCE = 10.0  # [s] after which it says why nothing happens
+
+
+def whole(smallest):
+    """Return a converter for argparse: whole numbers from ``smallest`` to 100."""
+    def convert(text):
+        value = int(text)
+        if not smallest <= value <= 100:
+            raise argparse.ArgumentTypeError(f'{value} must be between {smallest} and 100')
+        return value
+    return convert
+
+
+def parse(arguments):
+    """Return the options; exit with 2 and a text on wrong usage."""
+    parser = argparse.ArgumentParser(prog='rosrun map_server map_saver', description=__doc__.splitlines()[0])
+    parser.add_argument('--occ', type=whole(1), default=65, metavar='N', help='cells of at least N %% are black [65]')
+    parser.add_argument('--free', type=whole(0), default=25, metavar='N', help='cells of at most N %% are white [25]')
+    parser.add_argument('-f', default='map', metavar='NAME', dest='name', help='of the files, without an ending [map]')
+    options = parser.parse_args(arguments)
+    if options.free >= options.occ:
+        parser.error(f'--free {options.free} must be smaller than --occ {options.occ}')
+    return options
+
+
+def save(message, options):
+    """Write the map of an OccupancyGrid."""
+    info = message.info
+    rospy.loginfo('Received a %d X %d map @ %.3f m/pix', info.width, info.height, info.resolution)
+    image, text = saved(grids.from_message(message), options.name, options.occ, options.free)
+    for suffix, content in (('.pgm', image), ('.yaml', text)):
+        rospy.loginfo('Writing map occupancy data to %s%s', options.name, suffix)
+        write_whole(options.name + suffix, content)
+    rospy.loginfo('Done\n')
+
+
+def main():
+    """Run map_saver."""
+    options = parse(rospy.myargv(sys.argv)[1:])
+    nodes.init_node(NAME)
+    found, messages = threading.Event(), []
+
+    def store(message):
+        messages.append(message)
+        found.set()
+    rospy.loginfo('Waiting for the map')
+    topic = rospy.Subscriber('map', grids.Grid, store, queue_size=1, buff_size=2 ** 25)
+    while not found.wait(PATIENCE):
+        if rospy.is_shutdown():
+            return
+        rospy.logwarn('No message on %s yet. Start a node that publishes a map, such as rosrun gmapping slam_gmapping, '
+                      'or remap: map:=/your/topic', topic.resolved_name)
+    try:
+        save(messages[0], options)
+    except OSError as error:
+        sys.exit(f"Couldn't save map file to {error.filename or options.name}: {error.strerror}")
+    except ValueError as error:
+        sys.exit(f'The map on {topic.resolved_name} cannot be saved: {error}')

@@ -1,0 +1,1 @@
+"""move_base: drives a robot to goals on a map."""

@@ -1,0 +1,117 @@
+"""Messages to arrays and poses, and back."""
+import math
+
+import numpy as np
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped, Quaternion
+from nav_msgs.msg import OccupancyGrid, Path
+from std_msgs.msg import Header
+from tf.transformations import quaternion_matrix
+
+from navigation_core.maps.grid_map import GridMap
+from navigation_core.planning.costmap import occupancy
+from navigation_core.poses import Pose
+from rospy_support.rotations import to_quaternion, yaw_of
+
+FIELDS = ('x', 'y', 'z')
+FLOAT32 = 7  # of a PointField
+
+
+def matrix_of(transform):
+    """Return the 4 x 4 matrix of a geometry_msgs/Transform."""
+    turned, moved = transform.rotation, transform.translation
+    matrix = quaternion_matrix((turned.x, turned.y, turned.z, turned.w))
+    matrix[:3, 3] = moved.x, moved.y, moved.z
+    return matrix
+
+
+def pose_of(transform):
+    """Return the Pose in the plane of a geometry_msgs/Transform."""
+    return Pose(transform.translation.x, transform.translation.y, yaw_of(transform.rotation))
+
+
+def goal_problem(pose):
+    """Return what is wrong with a geometry_msgs/Pose as a goal, or ''."""
+    turned = [getattr(pose.orientation, axis) for axis in ('x', 'y', 'z', 'w')]
+    if not all(map(math.isfinite, (*turned, pose.position.x, pose.position.y))):
+        return 'it contains NaN or an infinite number'
+    if math.hypot(*turned) < 1e-6:
+        return 'its quaternion (0, 0, 0, 0) is no orientation; for the heading 0, set orientation.w = 1.0'
+    up = quaternion_matrix(turned)[2, 2]
+    if up < 0.999:
+        return 'its orientation is not upright: a robot on a floor turns about z only, so x and y must be 0'
+    return ''
+
+
+def stamped_pose(pose, frame, stamp):
+    """Return a Pose as a geometry_msgs/PoseStamped."""
+    message = PoseStamped(header=Header(stamp=stamp, frame_id=frame))
+    message.pose.position.x, message.pose.position.y = pose[:2]
+    message.pose.orientation = to_quaternion(0.0, 0.0, pose[2])
+    return message
+
+
+def path_message(points, frame, stamp, heading=None):
+    """Return points (n, 2), or poses (n, 3), as a nav_msgs/Path; ``heading`` [rad] is that of the last one."""
+    if points.shape[1] == 2:
+        yaws = np.zeros(len(points))
+        if len(points) > 1:
+            sides = np.diff(points, axis=0)
+            yaws[:-1] = np.arctan2(sides[:, 1], sides[:, 0])
+            yaws[-1] = yaws[-2] if heading is None else heading
+        points = np.column_stack([points, yaws])
+    return Path(Header(stamp=stamp, frame_id=frame), [stamped_pose(point, frame, stamp) for point in points])
+
+
+def grid_of(message):
+    """Return the GridMap of a nav_msgs/OccupancyGrid; ValueError if it is none."""
+    info = message.info
+    if info.width * info.height != len(message.data) or not message.data:
+        raise ValueError(f'the map has {len(message.data)} cells instead of {info.width} x {info.height}')
+    origin = Pose(info.origin.position.x, info.origin.position.y, yaw_of(info.origin.orientation))
+    if abs(origin.yaw) > 1e-3:
+        raise ValueError(f'the origin of the map is turned by {math.degrees(origin.yaw):.1f} degrees; costmaps need 0')
+    return GridMap(np.array(message.data, np.int8).reshape(info.height, info.width), info.resolution, origin)
+
+
+def costmap_message(costmap, frame, stamp):
+    """Return a Costmap as a nav_msgs/OccupancyGrid."""
+    message = OccupancyGrid(header=Header(stamp=stamp, frame_id=frame))
+    message.info.map_load_time, message.info.resolution = stamp, costmap.resolution
+    message.info.height, message.info.width = costmap.shape
+    message.info.origin.position.x, message.info.origin.position.y = costmap.x, costmap.y
+    message.info.origin.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
+    message.data = occupancy(costmap.costs).ravel().tolist()
+    return message
+
+
+def footprint_message(footprint, pose, frame, stamp):
+    """Return a Footprint at a Pose as a geometry_msgs/PolygonStamped."""
+    x, y = pose.to_outer(*footprint.points.T)
+    return PolygonStamped(Header(stamp=stamp, frame_id=frame),
+                          Polygon([Point32(float(each), float(other), 0.0) for each, other in zip(x, y)]))
+
+
+def scan_points(scan, inf_is_valid):
+    """Return (points (n, 3) [m] in the scanner's frame, hits (n,)) of a sensor_msgs/LaserScan."""
+    ranges = np.asarray(scan.ranges, float)
+    angles = scan.angle_min + scan.angle_increment * np.arange(ranges.size)
+    hits = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
+    open_rays = np.isposinf(ranges) & inf_is_valid
+    ranges = np.where(open_rays, scan.range_max, ranges)
+    used = hits | open_rays
+    points = np.zeros((int(used.sum()), 3))
+    points[:, 0], points[:, 1] = ranges[used] * np.cos(angles[used]), ranges[used] * np.sin(angles[used])
+    return points, hits[used]
+
+
+def cloud_points(cloud):
+    """Return (points (n, 3) [m], hits (n,)) of a sensor_msgs/PointCloud2 with float32 fields x, y, z."""
+    offsets = {field.name: field.offset for field in cloud.fields if field.datatype == FLOAT32}
+    if not set(FIELDS) <= offsets.keys() or not cloud.point_step:
+        return np.empty((0, 3)), np.empty(0, bool)
+    kind = np.dtype({'names': FIELDS, 'formats': ['>f4' if cloud.is_bigendian else '<f4'] * 3,
+                     'offsets': [offsets[name] for name in FIELDS], 'itemsize': cloud.point_step})
+    records = np.frombuffer(cloud.data, kind, len(cloud.data) // cloud.point_step)
+    points = np.stack([records[name] for name in FIELDS], axis=1).astype(float)
+    points = points[np.isfinite(points).all(axis=1)]
+    return points, np.ones(len(points), bool)

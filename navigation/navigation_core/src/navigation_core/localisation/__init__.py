@@ -1,0 +1,1 @@
+"""Localisation in a known map by particles: Monte Carlo localisation with a number of particles that adapts."""

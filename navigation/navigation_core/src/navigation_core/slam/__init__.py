@@ -1,0 +1,1 @@
+"""Mapping while driving: scan matching, and particles that each have a map."""
