@@ -39,6 +39,7 @@ def test_programs_that_grading_is_measured_with_are_handed_in_as_a_class_reads_t
     (['turtlesim', 'frames'], 'takes no folder'), (['markers', '/nonexistent'], 'no frames with ground truth'),
     (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], 'has no photos by class'),
     (['turtlesim', 'a.bag'], 'takes no folder'), (['turtlesim', '--sensitivity'], 'has no thresholds'),
+    (['turtlesim', '--times', '3'], 'repeats nothing'), (['grading', '--busy', '0'], '--busy'),
     (['markers', '--none'], '--none needs'), (['turtlesim', 'folder', '--none'], '--none needs'),
 ])
 def test_wrong_usage(arguments, told, capsys):

@@ -91,6 +91,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
 
 
 def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
+    remote.require_isolation(options)
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     found = _class(options, exercises)
     class_results.check_output(options.output)
