@@ -8,7 +8,7 @@ from course_grader.classes import class_page, class_table
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import ANONYMOUS, CODES, PAGES, TABLES, Graded, name_of_folder
 from course_grader.classes.submissions import LeftOut
-from course_grader.formats import csv_table, harmless, junit
+from course_grader.formats import csv_table, harmless, junit, platforms
 from course_grader.formats.csv_table import NOT_GRADED
 from course_grader.rules.scoring import Verdict
 from plain_support import write_whole
@@ -28,6 +28,9 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
         contents[CODES] = csv_table.table([('code', 'student'), *sorted((code, name) for name, code in codes.items())])
         contents[ANONYMOUS] = csv_table.table([('code', *rows[0][1:]), *sorted([codes[row[0]], *row[1:]]
                                                                               for row in rows[1:])])
+    for_platform = platforms.table(graded.origin, graded.exercises, class_table.grades(graded))
+    if for_platform:
+        contents[f'{graded.origin.platform}.csv'] = csv_table.table(for_platform)
     if student_pages:
         for student in graded.students:
             own = [one for one in graded.results if one.submission.student == student]

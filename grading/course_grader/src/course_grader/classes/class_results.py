@@ -15,6 +15,7 @@ from course_grader.classes.class_table import Class
 from course_grader.classes.graded import CLASS
 from course_grader.classes.submissions import LeftOut
 from course_grader.formats import exit_codes, harmless, systems, terminal
+from course_grader.formats.platforms import Origin
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
@@ -85,7 +86,7 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
                'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)
                                for one in graded.results],
-               'left_out': list(graded.left_out)}
+               'left_out': list(graded.left_out), 'platform': graded.origin.platform, 'ids': dict(graded.origin.ids)}
     write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
     if quiet:
         with open(os.path.join(options.output, PRINTED[options.format]), encoding='utf-8', newline='') as file:
@@ -97,8 +98,11 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     return exit_codes.OF_OUTCOME[worst]
 
 
-def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut]]:
-    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut]) of a folder; raise ClassError."""
+def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut], Origin]:
+    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut], Origin) of a folder.
+
+    Raise ClassError.
+    """
     path = os.path.join(folder, CLASS)
     try:
         with open(path, encoding='utf-8') as file:
@@ -111,10 +115,11 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
         if any(os.sep in name or name in ('.', '..') for name in names):
             raise ValueError('a name leads to another folder')
         return (str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions,
-                left_out)
+                left_out, Origin(str(content['platform']), {str(name): str(number) for name, number in
+                                                            content['ids'].items()}))
     except FileNotFoundError:
         raise ClassError(f'{path} does not exist; name folders that ./run grade --all --output has written') from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ClassError(f'{path} cannot be read: {error}; name folders that ./run grade --all --output has '
                          'written') from None
 

@@ -22,6 +22,7 @@ from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import LeftOut, Submission
 from course_grader.formats import exit_codes, harmless, systems
+from course_grader.formats.platforms import Origin
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
@@ -34,12 +35,16 @@ Load = Callable[[str], Exercise]
 
 
 class Found(NamedTuple):
-    """The content of a folder: {name: path} of the exercises, students, submissions, and what is not graded."""
+    """The content of a folder: {name: path} of the exercises, students, submissions, and what is not graded.
+
+    ``origin``: the platform that it was downloaded from.
+    """
 
     exercises: Dict[str, str]
     students: List[str]
     submissions: List[Submission]
     left_out: List[LeftOut]
+    origin: Origin = Origin()
 
 
 def parser() -> argparse.ArgumentParser:
@@ -116,7 +121,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
         results.setdefault(work.submission, graded.undecided(work.submission, work.folder, reason))
     code = class_results.show(options, Class(
         title, found.students, names, [results[submission] for submission in found.submissions], options.weights,
-        found.left_out), [results[submission] for submission in chosen])
+        found.left_out, found.origin), [results[submission] for submission in chosen])
     return exit_codes.INTERRUPTED if interrupted else code
 
 
@@ -127,7 +132,7 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
     if not os.path.isdir(options.folder) and not options.folder.lower().endswith(downloads.ZIP):
         raise ClassError(f'{options.folder} is neither a folder nor a ZIP; to grade one program, type: '
                          f'./run grade EXERCISE -- {options.folder}')
-    options.folder, unread = downloads.folder_of_class(options.folder, options.output)
+    options.folder, unread, origin = downloads.folder_of_class(options.folder, options.output)
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
         found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best))
@@ -140,7 +145,7 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
         found = Found({name: os.path.abspath(path)}, *(
             submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
             submissions.find(options.folder, [name], options.best, only=name)))
-    return found._replace(left_out=[*found.left_out, *unread])
+    return found._replace(left_out=[*found.left_out, *unread], origin=origin)
 
 
 def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:
