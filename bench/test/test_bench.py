@@ -5,6 +5,7 @@ import sys
 import pytest
 
 import measure
+import mutations
 import report
 import suite_grading
 from course_grader.classes import submissions
@@ -32,6 +33,12 @@ def test_programs_that_grading_is_measured_with_are_handed_in_as_a_class_reads_t
         suite_grading.hand_in(program, tmp_path / program.stem)
     _, found, _ = submissions.find(str(tmp_path), suite_grading.EXERCISES)
     assert [one.exercise for one in found] == [exercise, exercise]
+
+
+@pytest.mark.parametrize('kind', mutations.KINDS)
+def test_each_kind_of_mistake_can_be_made_in_a_right_sample(kind):
+    texts = [path.read_text(encoding='utf-8') for path in suite_grading.SAMPLES.glob('*/right_*.py')]
+    assert any(mutations.mutate(kind, text) for text in texts)
 
 
 @pytest.mark.parametrize('arguments, told', [

@@ -201,6 +201,8 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No module named '([\w.]+)'", _no_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _not_in_module),
     (r"attempted relative import", 'import without a leading dot: `import NAME`'),
+    (r"Cannot locate node of type \[(\S+)\] in package \[(\w+)\]", 'roslaunch finds no program {0} in the package {1}: '
+     'check the spelling, and make it executable by chmod +x {0}'),
     (r"time is not initialized|never started a node|init_node\(\) (?:must|has to)|before init_node",
      'call rospy.init_node before everything else of rospy'),
     (r"init_node\(\) has already been called", 'call rospy.init_node only once in a program'),
