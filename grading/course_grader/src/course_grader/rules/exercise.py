@@ -25,6 +25,7 @@ ALLOWED = ('teleport', 'reset', 'kill')
 START: Parameters = {
     'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
     'theta': Parameter('span angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
+SHIFT: Parameters = {axis: Parameter('span length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'drive': {
         'for': Parameter('time', ..., 'how long'),
@@ -72,6 +73,8 @@ KEYS: Parameters = {
     'pass': Parameter('number', 80.0, 'the score that passes, 0 to 100'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
     'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo'),
+    'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
+                       'drawn by the seed'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
     'checks': Parameter('list', ..., 'what counts'),
@@ -132,6 +135,7 @@ class Exercise(NamedTuple):
     rules: List[ScoredRule]
     symptoms: List[Dict[str, Any]] = []  # {'hint': advice, predicate: value or None}, see symptoms.py
     world: Dict[str, Any] = {}  # what stands around the robot, as in a world file
+    shift: Dict[str, Span] = {}  # {axis: (low, high)} by which it is shifted
 
 
 def load(path: documents.Path) -> Exercise:
@@ -154,6 +158,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     problems: List[str] = []
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
+    shift = _fields(values.get('shift', {}), SHIFT, 'shift', problems) if values.get('shift') else {}
     problems += _wrong_world(values)
     rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
     points = sum(made.points for made in rules if made)
@@ -171,7 +176,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms, values['world'])
+                        [one for one in rules if one], symptoms, values['world'], shift)
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -190,7 +195,7 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
 def _wrong_world(values: Dict[str, Any]) -> List[str]:
     """Return the problems of the world, as texts."""
     if not values.get('world'):
-        return []
+        return ['shift needs a world'] if values.get('shift') else []
     if values.get('simulator') != 'robotont':
         return ['world needs simulator: robotont']
     try:

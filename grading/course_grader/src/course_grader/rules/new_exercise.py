@@ -20,6 +20,8 @@ start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 # What stands around the Robotont, as in the world files of robotont_gazebo:
 # world:
 #   boxes: [{name: box, x: 2.4, y: 0.0, yaw: 0.0, length: 1.0, width: 1.0, height: 1.0, colour: grey}]
+# By how much all this is shifted with each seed, so that a program has to look where it is:
+# shift: {y: -0.3 to 0.3 m}
 
 # Shortcuts that are allowed: teleport, reset, kill. By default none is.
 allows: []
