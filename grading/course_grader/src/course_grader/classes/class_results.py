@@ -20,6 +20,7 @@ from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
 
+MAX_SIMILAR = 20  # pairs that are printed; all are in a table
 OUTPUT = os.path.join('output', 'grades')
 PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed instead
 
@@ -82,6 +83,9 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
             say(line)
         if graded.left_out:
             say('\n'.join(['Not graded:', *(harmless.printed(f'  {one.text()}') for one in graded.left_out)]))
+        if graded.similar:
+            say('\n'.join(['Similar programs:', *(harmless.printed(f'  {pair.text()}')
+                                                  for pair in graded.similar[:MAX_SIMILAR])]))
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
                'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)

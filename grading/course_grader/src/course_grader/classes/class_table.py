@@ -2,6 +2,7 @@
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.classes.graded import Graded
+from course_grader.classes.similarity import Pair
 from course_grader.classes.submissions import LeftOut
 from course_grader.formats.platforms import Grades, Origin
 from course_grader.rules import scoring
@@ -13,7 +14,7 @@ class Class(NamedTuple):
     """A class and its gradings: students and exercises in the order of the table, {exercise: weight}, all gradings.
 
     An exercise without a weight has the weight 1. ``left_out``: what was handed in and is not graded; ``origin``: the
-    platform that the class was downloaded from.
+    platform that the class was downloaded from; ``similar``: programs that resemble each other.
     """
 
     title: str
@@ -23,6 +24,7 @@ class Class(NamedTuple):
     weights: Mapping[str, float] = {}
     left_out: Sequence[LeftOut] = ()
     origin: Origin = Origin()
+    similar: Sequence[Pair] = ()
 
     def weight(self, exercise: str) -> float:
         """Return the weight of an exercise in the mean."""

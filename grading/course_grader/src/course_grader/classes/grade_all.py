@@ -15,7 +15,7 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, class_results, downloads, graded, remote, submissions
+from course_grader.classes import class_grader, class_results, downloads, graded, remote, similarity, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
@@ -121,7 +121,8 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
         results.setdefault(work.submission, graded.undecided(work.submission, work.folder, reason))
     code = class_results.show(options, Class(
         title, found.students, names, [results[submission] for submission in found.submissions], options.weights,
-        found.left_out, found.origin), [results[submission] for submission in chosen])
+        found.left_out, found.origin, similarity.of_class(found.submissions)),
+        [results[submission] for submission in chosen])
     return exit_codes.INTERRUPTED if interrupted else code
 
 

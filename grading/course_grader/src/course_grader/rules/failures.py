@@ -54,8 +54,9 @@ def _undefined(match: Match[str], _source: str) -> str:
         return f'{name} is used, but not imported: `from {PACKAGES[name]} import {name}`'
     if name in MODULES:
         return f'{name} is used, but not imported: `import {name}` at the top'
-    if match[2]:
-        return f'the name {name} is used, but nothing has it: did you mean {match[2]}?'
+    meant = match[2] or next((known for known in PACKAGES if known.lower() == name.lower()), '')
+    if meant:
+        return f'the name {name} is used, but nothing has it: did you mean {meant}?'
     return f'the name {name} is used, but nothing has it: check its spelling, and where it gets a value'
 
 
