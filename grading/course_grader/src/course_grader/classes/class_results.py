@@ -10,7 +10,7 @@ import sys
 import tempfile
 from typing import Any, Dict, List, Sequence, Tuple
 
-from course_grader.classes import class_report, class_table
+from course_grader.classes import class_report, class_table, marks
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import CLASS
 from course_grader.classes.submissions import LeftOut
@@ -69,8 +69,12 @@ def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
 
 
 def check_output(folder: str) -> None:
-    """Raise OSError unless files can be written into a folder; call it before the gradings."""
+    """Raise OSError unless files can be written into a folder, MarksError if its MARKS are wrong.
+
+    Call it before the gradings.
+    """
     os.makedirs(folder, exist_ok=True)
+    marks.read(folder)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(b'.' * 4096)
 
@@ -78,6 +82,8 @@ def check_output(folder: str) -> None:
 def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], notes: Sequence[str] = ()) -> int:
     """Print the table and write all files; return the exit code for the ``chosen`` results."""
     quiet = options.format != systems.TEXT
+    given, unknown = marks.apply(graded.results, marks.read(options.output))
+    graded, notes = graded._replace(results=given), [*notes, *map(harmless.printed, unknown)]
     if not quiet:
         for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)

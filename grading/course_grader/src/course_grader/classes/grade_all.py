@@ -20,6 +20,7 @@ from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
+from course_grader.classes.marks import MarksError
 from course_grader.classes.submissions import LeftOut, Submission
 from course_grader.formats import exit_codes, harmless, systems
 from course_grader.formats.platforms import Origin
@@ -87,7 +88,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
     processes.make_interruptible()
     try:
         return _run(options, exercises, load)
-    except (ClassError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
+    except (ClassError, MarksError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
             exercise.ExerciseError, OSError) as error:
         return class_results.fail(error)
     except levels.TooWeak as error:

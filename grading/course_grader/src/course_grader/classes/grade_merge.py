@@ -12,6 +12,7 @@ from course_grader.classes import class_results, graded
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
+from course_grader.classes.marks import MarksError
 from course_grader.classes.submissions import Submission
 from course_grader.formats import harmless
 from course_grader.formats.platforms import Origin
@@ -32,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     options = parser().parse_args(arguments)
     try:
         return _run(options)
-    except (ClassError, OSError) as error:
+    except (ClassError, MarksError, OSError) as error:
         return class_results.fail(error)
 
 
