@@ -173,13 +173,17 @@ def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise]
     path = found.exercises[submission.exercise]
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     files = graded.files_of(submission, programs)
-    return Work(submission, loaded[submission.exercise], graded.folder_of(submission, options.output), seed,
+    one = loaded[submission.exercise]
+    if one.varies:
+        one = exercise.load(path, submission.student)
+    return Work(submission, one, graded.folder_of(submission, options.output), seed,
                 graded.fingerprint_of(submission, files, path, version, options.seed),
-                _repeat(options, path, submission, seed), options.limit, os.path.abspath(path), files,
+                _repeat(options, path, submission, seed, one.varies), options.limit, os.path.abspath(path), files,
                 isolated_by=isolate.line(options))
 
 
-def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int) -> Tuple[str, ...]:
+def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int, varies: bool
+            ) -> Tuple[str, ...]:
     """Return the arguments of ./run grade that repeat a grading, without folders above that of the class."""
     root, shown = os.path.abspath(options.folder) + os.sep, options.folder
     if os.path.isabs(shown):
@@ -191,7 +195,9 @@ def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed
     command = [bare(part) for part in submission.command]
     packages = ['--packages', bare(submission.packages)] if submission.packages and not os.path.isabs(
         submission.command[0] if submission.command else '') else []
-    return (bare(os.path.abspath(path)) if own else submission.exercise, '--seed', str(seed), *packages, '--', *command)
+    student = ['--student', submission.student] if varies else []
+    return (bare(os.path.abspath(path)) if own else submission.exercise, '--seed', str(seed), *student, *packages, '--',
+            *command)
 
 
 def _unchanged(works: Sequence[Work]) -> Dict[Submission, Graded]:

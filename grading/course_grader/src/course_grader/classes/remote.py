@@ -176,7 +176,8 @@ def grade_parcel(parcel: Parcel) -> Answer:
             file.write(parcel.exercise_text)
         output = os.path.join(folder, 'results')
         packages = ['--packages', own] if parcel.packages else []
-        _run([*GRADER, exercise, '--seed', str(parcel.seed), '--output', output, *packages,
+        _run([*GRADER, exercise, '--seed', str(parcel.seed), f'--student={parcel.student}', '--output', output,
+              *packages,
               *parcel.isolated_by, '--',
               *(part.replace(FOLDER, own + os.sep) for part in parcel.command)], os.path.join(own, parcel.inside),
              parcel.limit)

@@ -14,6 +14,9 @@ simulator: turtlesim  # or robotont
 time: 30 s  # of simulated time; a program that is done earlier is graded earlier
 pass: 80  # the score from 0 to 100 that passes
 
+# Values that differ from student to student. Their names draw them; $goal stands for this one in all texts:
+# vary: {goal: 8 to 10 m}
+
 # Where the turtle starts. Each grading draws it from these spans, so that no program can know it.
 start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 
