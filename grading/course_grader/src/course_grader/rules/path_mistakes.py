@@ -60,7 +60,7 @@ def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
 
 
 def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """Velocities that are swapped, or in degrees."""
+    """Velocities that are swapped, in degrees, or of the wrong sign."""
     if not observed.commands:
         return
     linear = statistics.median(command.linear_x for command in observed.commands)
@@ -73,6 +73,11 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
         yield from _rated(wanted.rate, observed)
+    else:
+        for name, value, limits, effect in (('linear.x', linear, wanted.linear, 'drives forward'),
+                                            ('angular.z', angular, wanted.angular, 'turns to the left')):
+            if not within(value, limits) and within(-value, limits):
+                yield f'{name} is {value:.2g}, which has the wrong sign: a positive {name} {effect}'
 
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
