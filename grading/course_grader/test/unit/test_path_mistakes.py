@@ -53,7 +53,10 @@ def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
 
 
 @pytest.mark.parametrize('linear, angular, advice', [
-    (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None), (0.5, -0.2, 'angular.z is -0.2, which has the wrong sign'), (1.0, 0.2, None)])
+    (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None), (1.0, 0.2, None),
+    (0.5, -0.2, 'angular.z is -0.2, which has the wrong sign'),
+    (-0.5, 0.2, 'linear.x is -0.5, which has the wrong sign'),
+    (0.5, 0.0, 'angular.z is 0: it is the turn speed'), (0.0, 0.2, 'linear.x is 0: it is the speed, positive forward')])
 def test_velocities(linear, angular, advice):
     said = found('publish_circle', lambda turtle: turtle.drive(3.0, linear, angular), 'commands')
     assert advice in said[0] if advice else said == []

@@ -119,8 +119,8 @@ def test_a_value_that_stays_in_a_function():
 
 
 @pytest.mark.parametrize('act, said', [
-    (lambda turtle: circle(turtle, angular=-0.2), 'a positive angular.z turns to the left'),
-    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is the turn speed'),
+    (lambda turtle: circle(turtle, angular=-0.2), 'positive to the left'),
+    (lambda turtle: circle(turtle, angular=0.0), 'it is the turn speed'),
     (lambda turtle: circle(turtle, rate=1.0), 'rospy.Rate(10)'),
 ])
 def test_symptoms_of_an_exercise(act, said):
@@ -280,7 +280,7 @@ def test_the_mistakes_of_the_bench_are_mistakes_in_samples():
 def test_what_it_commands_explains_the_path_that_it_drives():
     """It turns into the wall; the first hint was that it is too slow."""
     found = hints('publish_circle', lambda turtle: circle(turtle, angular=-0.2))
-    assert found[0] == 'angular.z is -0.2, which has the wrong sign: a positive angular.z turns to the left'
+    assert found[0] == ('angular.z is -0.2, which has the wrong sign: it is the turn speed, positive to the left')
     assert not any('too slow' in hint for hint in found)
 
 

@@ -74,10 +74,19 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
         yield from _rated(wanted.rate, observed)
     else:
-        for name, value, limits, effect in (('linear.x', linear, wanted.linear, 'drives forward'),
-                                            ('angular.z', angular, wanted.angular, 'turns to the left')):
-            if not within(value, limits) and within(-value, limits):
-                yield f'{name} is {value:.2g}, which has the wrong sign: a positive {name} {effect}'
+        yield from _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
+        yield from _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
+
+
+def _other_velocity(name: str, value: float, limits: Tuple[float, float], meaning: str) -> Iterator[str]:
+    """A velocity that is 0 or has the wrong sign."""
+    other = {'linear.x': 'y and z of linear', 'angular.z': 'x and y of angular'}[name]
+    if within(value, limits):
+        return
+    if abs(value) < STANDING:
+        yield f'{name} is 0: it is {meaning}; {other} do not do that'
+    elif within(-value, limits):
+        yield f'{name} is {value:.2g}, which has the wrong sign: it is {meaning}'
 
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:

@@ -160,8 +160,8 @@ def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
     if any(check in lost for check in MOTION) and observed.commands and all(
             abs(value) < path_mistakes.STANDING for command in observed.commands
             for value in (command.linear_x, command.linear_y, command.angular_z)):
-        yield ('all velocities that it sends are 0: print what they are computed from; // and int() make a whole '
-               'number, and a condition may never be true')
+        yield ('all velocities that it sends are 0: only linear.x, linear.y and angular.z move it; print what they are '
+               'computed from: // and int() make a whole number, and a condition may never be true')
 
 
 def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
