@@ -70,9 +70,9 @@ KINDS: Dict[str, Kind] = {
     'angular x instead of z': Kind(_first(r'\bangular\.z = ', 'angular.x = '), r'angular\.z'),
     'linear y instead of x': Kind(_first(r'\blinear\.x = ', 'linear.y = '), r'linear\.x'),
     'degrees': Kind(_first(r'\bmath\.pi / 2\b', '90'), r'radians'),
-    'x and y swapped': Kind(_first(r'\b(pose|position|data|message)\.x, \1\.y\b', r'\1.y, \1.x'), r'\bx\b.*\by\b'),
+    'x and y swapped': Kind(_first(r'\b(pose|position|data|message)\.x, \1\.y\b', r'\1.y, \1.x'),
+                            r'\bx\b.*\by\b|atan2'),
     'a response is not returned': Kind(_first(r'^( +)return (\w+Response\(.*\))$', r'\1\2'), r'return a response'),
-    'a wrong comparison': Kind(_first(r'\.(x|y) (?:<|>=|>) ', r'.\1 == '), r'==|exactly'),
     'Python 2': Kind(_first(r'^( +)print\((.*)\)$', r'\1print \2'), r'Python 2'),
     'text instead of a number': Kind(_first(rf'(linear\.x = )({NUMBER})$', r"\1'\2'"), r'text|number|type'),
 }

@@ -85,7 +85,7 @@ def _graded(programs_, accepted):
             student.mkdir(parents=True)
             (student / f'{exercise}.py').write_text(text, encoding='utf-8')
         grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
-               str(Path(folder, 'out'))], LIMIT * len(programs_), accepted=accepted)
+               str(Path(folder, 'out'))], LIMIT * (2 + len(programs_)), accepted=accepted)
         return [json.loads(Path(folder, 'out', f'{number:03}', exercise, 'result.json').read_text(encoding='utf-8'))
                 for number, (exercise, _) in enumerate(programs_)]
 

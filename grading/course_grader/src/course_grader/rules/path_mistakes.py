@@ -187,11 +187,23 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
 
 
 def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """The wrong turtle drives."""
+    """The wrong turtle drives, or the right one stands, drives backward, or never turns."""
     driven = sorted(name for name, role in observed.connections if role == 'publishes' and name.endswith('/cmd_vel'))
     if driven and f'/{wanted.turtle}/cmd_vel' not in driven:
         yield (f'it publishes {driven[0]}, but it is {wanted.turtle} that has to drive: publish on '
                f'/{wanted.turtle}/cmd_vel')
+        return
+    track = observed.turtles.get(wanted.turtle, [])
+    steps = [(b.x - a.x) * math.cos(a.theta) + (b.y - a.y) * math.sin(a.theta) for a, b in zip(track, track[1:])]
+    forward, backward = (sum(sign * step for step in steps if sign * step > 0.0) for sign in (1.0, -1.0))
+    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(track, track[1:]))
+    if track and forward + backward < SHORT:
+        yield (f'{wanted.turtle} hardly moves: linear.x of /{wanted.turtle}/cmd_vel is its speed forward; print what '
+               'it is computed from, and whether the subscribers get poses or transforms')
+    elif backward > forward:
+        yield f'{wanted.turtle} drives backward: linear.x has to be positive, such as the distance'
+    elif track and turned < TURNED_WELL:
+        yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
 
 
 def _at_wall(observed: Observed) -> bool:
