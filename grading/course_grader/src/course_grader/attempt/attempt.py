@@ -364,7 +364,8 @@ class Attempt:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student, student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began)
+        self._note_hog(student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began,
+                       student.greedy())
 
     def _is_late(self):
         """Return whether the time of the attempt is over."""
@@ -399,17 +400,17 @@ class Attempt:
             time.sleep(POLL)
             self._read_names()
 
-    def _note_hog(self, student, used, served, wall):
+    def _note_hog(self, used, served, wall, greedy=False):
         """Record whether a program slowed the simulation down: ``used`` [s] of processor time in ``wall`` [s].
 
-        ``served`` [s]: processor time of master, simulator and grader.
+        ``served`` [s]: processor time of master, simulator and grader; ``greedy``: it kept many threads busy.
         """
         if self.observed.kept_up or self.observed.trouble:
             return
         if hogs(used, wall) or self._is_late() and used > BUSY_SHARE * wall:
             self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
                                      'nothing was left for the simulation')
-        elif student.greedy():
+        elif greedy:
             self.observed.trouble = (f'the program kept {MANY_BUSY} or more threads busy at a time: since then it got '
                                      'only what the rest of the machine leaves')
         elif self._is_late() and served > SERVER_SHARE * wall:
