@@ -7,6 +7,7 @@ could not be measured, 2 usage error, 130 interrupted.
 """
 
 import argparse
+import fnmatch
 import glob
 import importlib
 import json
@@ -62,7 +63,8 @@ def parse(arguments):
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
     parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
-    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names')
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
+                        'a * stands for any text')
     parser.add_argument('--rounds', type=positive, default=None,
                         help=f'rounds of each measurement (default: {ROUNDS}; with --quick: 1)')
     parser.add_argument('--quick', action='store_true',
@@ -83,7 +85,7 @@ def parse(arguments):
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
-        if name not in suite.MEASUREMENTS:
+        if not fnmatch.filter(suite.MEASUREMENTS, name):
             parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
     _use_classes(parser, options, suite)
     options.bag = options.folder if (options.folder or '').endswith('.bag') and hasattr(suite, 'of_bag') else None
@@ -197,7 +199,8 @@ def run_sensitivity(options, suite):
 def run(options, suite):
     """Measure, print and write the figures; return the exit code."""
     facts = report.machine()
-    names = [name for name in suite.MEASUREMENTS if not options.only or name in options.only]
+    names = [name for name in suite.MEASUREMENTS
+             if not options.only or any(fnmatch.fnmatchcase(name, pattern) for pattern in options.only)]
     with ExitStack() as stack:
         folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
