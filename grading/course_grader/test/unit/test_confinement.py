@@ -9,7 +9,7 @@ from course_grader.isolation import confinement, levels
 from course_grader.isolation.confinement import User
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason='only root can become another user')
-RESERVE = ('import sys\nfrom course_grader.isolation import confinement\nconfinement.LOCKS = sys.argv[1]\n'
+RESERVE = ('import sys\nfrom course_grader.isolation import confinement\nconfinement.LOCKS = sys.argv[1:]\n'
            'print(confinement.User().number, flush=True)\nsys.stdin.read()')
 
 MAKE_DEEP = """
@@ -23,7 +23,7 @@ open('file', 'wb').write(bytes(1 << 20))
 
 @pytest.fixture
 def locks(tmp_path, monkeypatch):
-    monkeypatch.setattr(confinement, 'LOCKS', str(tmp_path / 'locks'))
+    monkeypatch.setattr(confinement, 'LOCKS', (str(tmp_path / 'locks'),))
     return tmp_path / 'locks'
 
 
@@ -49,6 +49,18 @@ def test_lock_holds_in_other_processes_and_ends_with_them(locks, monkeypatch):
         other.kill()
         other.wait()
     User().close()
+
+
+def test_folder_that_others_can_write_to_is_not_used(tmp_path, monkeypatch):
+    (tmp_path / 'open').mkdir(mode=0o777)
+    (tmp_path / 'open').chmod(0o777)
+    (tmp_path / 'link').symlink_to(tmp_path)
+    monkeypatch.setattr(confinement, 'LOCKS', (str(tmp_path / 'open'), str(tmp_path / 'link'), str(tmp_path / 'own')))
+    User().close()
+    assert list((tmp_path / 'own').iterdir()) and not list((tmp_path / 'open').iterdir())
+    monkeypatch.setattr(confinement, 'LOCKS', (str(tmp_path / 'open'),))
+    with pytest.raises(OSError, match='no folder for the locks of user ids can be made'):
+        User()
 
 
 def test_user_ids_are_nobody_elses():

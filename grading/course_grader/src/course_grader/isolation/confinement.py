@@ -6,6 +6,7 @@ import contextlib
 import fcntl
 import os
 import signal
+import stat
 import subprocess
 from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -14,7 +15,8 @@ from course_grader.isolation.limits import MEGABYTE, Limits
 
 HOME, TEMPORARY = '/student', '/tmp'  # inside
 KILLS = 3  # one is enough, unless a process is just being started
-LOCKS = '/run/turtle_robotont'  # folder of root; the process that has locked the file in it owns the user
+LOCKS = '/run/turtle_robotont', '/tmp/turtle_robotont_users'  # folders of root, the first that can be had; the process
+                                                              # that has locked the file in it owns the user
 WRITABLE = '/tmp', '/var/tmp', '/dev/shm', '/dev/mqueue', '/run/lock'  # folders in which every user may write
 
 
@@ -40,11 +42,11 @@ class User:
     """
 
     def __init__(self) -> None:
-        """Reserve a free user id, and end and remove what it left; raise OSError if none is free."""
-        os.makedirs(LOCKS, mode=0o700, exist_ok=True)
+        """Reserve a free user id; raise OSError if none is free."""
+        folder = _lock_folder()
         first = os.getpid() % len(levels.USERS)
         for number in (*levels.USERS[first:], *levels.USERS[:first]):
-            self._lock = os.open(os.path.join(LOCKS, f'user_{number}'), os.O_RDWR | os.O_CREAT, 0o600)
+            self._lock = os.open(os.path.join(folder, f'user_{number}'), os.O_RDWR | os.O_CREAT, 0o600)
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -57,6 +59,17 @@ class User:
     def close(self) -> None:
         """Release the user id."""
         os.close(self._lock)
+
+
+def _lock_folder() -> str:
+    """Return the first of LOCKS that only this user can write to; raise OSError if there is none."""
+    for folder in LOCKS:
+        with contextlib.suppress(OSError):
+            os.makedirs(folder, mode=0o700, exist_ok=True)
+            found = os.lstat(folder)
+            if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077:
+                return folder
+    raise OSError(f'no folder for the locks of user ids can be made: {" or ".join(LOCKS)}')
 
 
 def confined(isolation: Isolation, command: Sequence[str], environment: Mapping[str, str],
