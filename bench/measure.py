@@ -7,6 +7,7 @@ could not be measured, 2 usage error, 130 interrupted.
 """
 
 import argparse
+import fnmatch
 import glob
 import importlib
 import json
@@ -22,7 +23,7 @@ import report
 from figures import OURS, PEER, judge
 from plain_support import write_whole
 from plain_support.processes import INTERRUPTED, make_interruptible
-from processes import BenchError, stop_all
+from processes import BenchError, Child, stop_all
 from session import Subject, find_node, split_command
 
 REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -30,6 +31,7 @@ FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each besi
 sys.path += FOLDERS
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
+BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
 
 
 def suites():
@@ -61,11 +63,15 @@ def parse(arguments):
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
     parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
-    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names')
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
+                        'a * stands for any text')
     parser.add_argument('--rounds', type=positive, default=None,
                         help=f'rounds of each measurement (default: {ROUNDS}; with --quick: 1)')
     parser.add_argument('--quick', action='store_true',
                         help='short measurements with few samples, to see whether everything works')
+    parser.add_argument('--times', type=positive, default=None, metavar='N',
+                        help='only for the suites grading and hints: how often each program is graded, or how many are')
+    parser.add_argument('--busy', type=positive, default=0, metavar='N', help='measure beside N busy loops')
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
     parser.add_argument('--sensitivity', action='store_true',
                         help='only for the suite markers: show what -10 %% and +10 %% of each threshold change')
@@ -79,7 +85,7 @@ def parse(arguments):
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
-        if name not in suite.MEASUREMENTS:
+        if not fnmatch.filter(suite.MEASUREMENTS, name):
             parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
     _use_classes(parser, options, suite)
     options.bag = options.folder if (options.folder or '').endswith('.bag') and hasattr(suite, 'of_bag') else None
@@ -94,6 +100,8 @@ def parse(arguments):
             parser.error(str(error))
     if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
         parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer and --node')
+    if options.times and not isinstance(suite.QUICK, int):
+        parser.error(f'--times: the suite {options.suite} repeats nothing that often; use the suites grading and hints')
     if options.sensitivity and not hasattr(suite, 'sensitivity'):
         parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; use the suite markers')
     options.rounds = options.rounds or (1 if options.quick else ROUNDS)
@@ -128,7 +136,7 @@ def measure(options, suite, names, under_test):
     """Run every measurement, its rounds in turns for the subjects; return ({side: {key: samples}}, failures)."""
     pools = {subject.side: {} for subject in under_test}
     failures = []
-    scale = suite.QUICK if options.quick else suite.FULL
+    scale = options.times or (suite.QUICK if options.quick else suite.FULL)
     for place, name in enumerate(names, 1):
         measurement = suite.MEASUREMENTS[name]
         report_progress(f'[{place}/{len(names)}] {name}: {measurement.about}')
@@ -163,7 +171,8 @@ def hand_out(options, suite, pools, failures, facts):
     for name, side, number, text in failures:
         rest = f'its figures are of {number - 1} of {options.rounds} rounds' if number > 1 else 'it has no figures'
         print(f'Not measured: {name} of {side} in round {number} ({rest}). {text}')
-    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer)}
+    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy}
+    facts = {**facts, 'load_after': round(os.getloadavg()[0], 2)}
     told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
             for name, side, number, text in failures]
     write_figures(options.json, report.as_json(options.suite, rows, told, settings, facts))
@@ -190,11 +199,14 @@ def run_sensitivity(options, suite):
 def run(options, suite):
     """Measure, print and write the figures; return the exit code."""
     facts = report.machine()
-    names = [name for name in suite.MEASUREMENTS if not options.only or name in options.only]
+    names = [name for name in suite.MEASUREMENTS
+             if not options.only or any(fnmatch.fnmatchcase(name, pattern) for pattern in options.only)]
     with ExitStack() as stack:
         folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.callback(stop_all)
+        for number in range(options.busy):
+            stack.enter_context(Child(f'busy loop {number}', BUSY_LOOP, dict(os.environ), folder))
         pools, failures = measure(options, suite, names, subjects(options, suite, names, folder))
     hand_out(options, suite, pools, failures, facts)
     return 1 if failures else 0

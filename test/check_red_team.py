@@ -5,9 +5,9 @@ usage: check_red_team.py LEVEL FOLDER [NAME ...]     LEVEL: namespace, uid, none
 The second line of a program says what has to come out, as for the samples: `# expected: failed`, or with a part of the
 reasons. A line `# at none: open` says that the level none does not hold it back: it is not run there. Every class has
 an honest student, test/data/honest, whose programs must pass whatever they are made of (threads, subprocesses, a bash
-script, a launch file, a package with modules and parameters), and links to these, which must fail. No process remains,
-no other file is written, and no token of the environment is printed. FOLDER takes all files. Exit code 0 when all is as
-it should be; a level that this machine cannot have is skipped, and said.
+script, a launch file, a package with modules and parameters), and links to these, which must fail. No process and no
+file of a user of a grading remains, no other file is written, and no token of the environment is printed. FOLDER takes
+all files. Exit code 0 when all is as it should be; a level that this machine cannot have is skipped, and said.
 """
 import json
 import os
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import psutil
 
-from course_grader.isolation import levels
+from course_grader.isolation import confinement, levels
 from plain_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -96,6 +96,10 @@ def check(level, folder, names):
             if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)
     wrong += [f'process {process.pid} was left behind' for process in left]
+    written = subprocess.run([*confinement.find_written(str(folder)), '-uid', f'+{levels.USERS[0] - 1}', '-uid',
+                              f'-{levels.USERS[-1] + 1}', '-prune', '-print'], stdout=subprocess.PIPE,
+                             stderr=subprocess.DEVNULL, check=False).stdout.decode('utf-8', 'replace')
+    wrong += [f'{path} was left behind' for path in written.split('\n') if path]
     for (student, exercise), (outcome, text) in expected.items():
         wrong += [f'{student}: {what}'
                   for what in _look(folder / 'out' / student / exercise, level, outcome, text, token)]

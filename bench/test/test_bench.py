@@ -5,6 +5,7 @@ import sys
 import pytest
 
 import measure
+import mutations
 import report
 import suite_grading
 from course_grader.classes import submissions
@@ -34,11 +35,18 @@ def test_programs_that_grading_is_measured_with_are_handed_in_as_a_class_reads_t
     assert [one.exercise for one in found] == [exercise, exercise]
 
 
+@pytest.mark.parametrize('kind', mutations.KINDS)
+def test_each_kind_of_mistake_can_be_made_in_a_right_sample(kind):
+    texts = [path.read_text(encoding='utf-8') for path in suite_grading.SAMPLES.glob('*/right_*.py')]
+    assert any(mutations.mutate(kind, text) for text in texts)
+
+
 @pytest.mark.parametrize('arguments, told', [
     (['absent'], 'turtlesim'), (['--rounds', '0'], '--rounds'), (['--only', 'rates'], 'it must be one of start, rate'),
     (['turtlesim', 'frames'], 'takes no folder'), (['markers', '/nonexistent'], 'no frames with ground truth'),
     (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], 'has no photos by class'),
     (['turtlesim', 'a.bag'], 'takes no folder'), (['turtlesim', '--sensitivity'], 'has no thresholds'),
+    (['turtlesim', '--times', '3'], 'repeats nothing'), (['grading', '--busy', '0'], '--busy'),
     (['markers', '--none'], '--none needs'), (['turtlesim', 'folder', '--none'], '--none needs'),
 ])
 def test_wrong_usage(arguments, told, capsys):

@@ -16,10 +16,11 @@ from pathlib import Path
 
 import yaml
 
+import mutations
 from figures import Figure, Target
 from processes import BenchError
 from session import Measurement
-from suite_grading import CLASS_JOBS, LIMIT, REPOSITORY, SAMPLES, SEED, grade
+from suite_grading import BORDERLINE, CLASS_JOBS, LIMIT, REAL_TIME, REPOSITORY, SAMPLES, SEED, grade
 
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
@@ -52,25 +53,48 @@ def count(kind):
     """Return the measurement of one half: 100 for each program with the right hint, else 0."""
     def run(_subject, most):
         chosen = programs(kind)[:most]
-        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
-            for number, (exercise, text, _) in enumerate(chosen):
-                student = Path(folder, 'class', f'{number:02}')
-                student.mkdir(parents=True)
-                (student / f'{exercise}.py').write_text(text, encoding='utf-8')
-            grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
-                   str(Path(folder, 'out'))], LIMIT * len(chosen), accepted=(1,))
-            return {kind: [_right(Path(folder, 'out', f'{number:02}', exercise, 'result.json'), hint)
-                           for number, (exercise, _, hint) in enumerate(chosen)]}
+        results = _graded([(exercise, text) for exercise, text, _ in chosen], accepted=(1,))
+        return {kind: [_right(result, hint) for result, (_, _, hint) in zip(results, chosen)]}
     return run
 
 
-def _right(path, wanted):
-    """Return 100 if a result.json has the hint, else 0; print the hints that it has."""
-    result = json.loads(path.read_text(encoding='utf-8'))
+def count_mutations(kind):
+    """Return the measurement of a kind of mistake: whether its hint is the first, is there, or others are instead."""
+    def run(_subject, most):
+        wanted, chosen = mutations.KINDS[kind].hint, []
+        for path in sorted(SAMPLES.glob('*/right_*.py')):
+            text = mutations.mutate(kind, path.read_text(encoding='utf-8'))
+            if text and path.stem not in (*REAL_TIME, BORDERLINE):
+                chosen.append((path.parent.name, text))
+        wrong = [result for result in _graded(chosen[:most], accepted=(0, 1, 3)) if result['outcome'] == 'failed']
+        right = [[bool(re.search(wanted, hint)) for hint in result['hints']] for result in wrong]
+        for result, hints in zip(wrong, right):
+            if not any(hints[:1]):
+                print(f'    {result["exercise"]}, {kind}: {result["hints"]}', file=sys.stderr)
+        return {f'first {kind}': [100.0 * any(hints[:1]) for hints in right], **({
+            'first': [100.0 * any(hints[:1]) for hints in right], 'named': [100.0 * any(hints) for hints in right],
+            'misled': [100.0 * (bool(hints) and not any(hints)) for hints in right]} if right else {})}
+    return run
+
+
+def _graded(programs_, accepted):
+    """Grade programs, [(exercise, text)], as a class; return their results."""
+    with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+        for number, (exercise, text) in enumerate(programs_):
+            student = Path(folder, 'class', f'{number:03}')
+            student.mkdir(parents=True)
+            (student / f'{exercise}.py').write_text(text, encoding='utf-8')
+        grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
+               str(Path(folder, 'out'))], LIMIT * (2 + len(programs_)), accepted=accepted)
+        return [json.loads(Path(folder, 'out', f'{number:03}', exercise, 'result.json').read_text(encoding='utf-8'))
+                for number, (exercise, _) in enumerate(programs_)]
+
+
+def _right(result, wanted):
+    """Return 100 if a result has the hint, else 0; print the hints that it has."""
     if any(re.search(wanted, hint) for hint in result['hints']):
         return 100.0
-    print(f'    {path.parent.parent.name} {path.parent.name}: {result["outcome"]}; wanted {wanted!r}, got '
-          f'{result["hints"]}', file=sys.stderr)
+    print(f'    {result["exercise"]}: {result["outcome"]}; wanted {wanted!r}, got {result["hints"]}', file=sys.stderr)
     return 0.0
 
 
@@ -78,6 +102,13 @@ def mean(values):
     return sum(values) / len(values)
 
 
-MEASUREMENTS = {kind: Measurement(count(kind), about) for kind, about in KINDS.items()}
-FIGURES = tuple(Figure(f'right hints, {about}', kind, '%', mean, Target('at_least', 90.0))
-                for kind, about in KINDS.items())
+MEASUREMENTS = {**{kind: Measurement(count(kind), about) for kind, about in KINDS.items()},
+                **{f'kind {kind}': Measurement(count_mutations(kind), f'the mistake "{kind}" in all right samples')
+                   for kind in mutations.KINDS}}
+FIGURES = (
+    *(Figure(f'right hints, {about}', kind, '%', mean, Target('at_least', 90.0)) for kind, about in KINDS.items()),
+    *(Figure(f'right first hint, {kind}', f'first {kind}', '%', mean) for kind in mutations.KINDS),
+    Figure('right first hint, all kinds of mistakes', 'first', '%', mean, Target('at_least', 90.0)),
+    Figure('right hint among two, all kinds', 'named', '%', mean),
+    Figure('only other hints, all kinds', 'misled', '%', mean, Target('at_most', 2.0)),
+)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: ended the simulator or the grader
+# expected: failed: called shutdown of a node
 # exercise: stop_at_x
 """Asks every node to shut down by the slave API, as rosnode kill does."""
 import xmlrpc.client

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: at the end it is
+# expected: failed: called publisherUpdate of a node
 # exercise: follow_turtle
 """Tells the grader's own node alone that this node publishes /clock, so that its stimuli end at once."""
 import xmlrpc.client

@@ -11,6 +11,7 @@ import os
 import random
 import shlex
 import sys
+import textwrap
 
 import rospkg
 
@@ -18,12 +19,13 @@ from course_grader import usage
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels, sourced, view
-from course_grader.rules import exercise, new_exercise, reference
+from course_grader.rules import exercise, new_exercise, reference, scoring
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
 from plain_support import create_whole, processes, write_whole
 
 GTEST_OUTPUT = '--gtest_output=xml:'
+SHEET_WIDTH = 80  # columns
 
 
 def main(arguments=None):
@@ -36,19 +38,17 @@ def main(arguments=None):
 
 def _main(arguments):
     arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
-    if '--merge' in arguments[:_cut(arguments)]:
-        from course_grader.classes import grade_merge  # only here: its imports would delay the grading of one program
-        return grade_merge.main([argument for argument in arguments if argument != '--merge'])
-    if '--all' in arguments[:_cut(arguments)]:
-        from course_grader.classes import grade_all
-        return grade_all.main([argument for argument in arguments if argument != '--all'], exercises(), load)
+    for option, run in OTHERS.items():
+        if option in arguments[:_cut(arguments)]:
+            return run([argument for argument in arguments if argument != option])
     options, unknown = _parse(arguments)
     place = systems.Place(os.environ)
     form = options.format or systems.detect(place)
     try:
         systems.check(form, place)
         usage.check(arguments[:_cut(arguments)], unknown, options.command, options.exercise)
-        chosen = load(_find(options.exercise))
+        chosen = load(_find(options.exercise), options.student or '')
+        usage.check_student(chosen, options.student)
         if form not in systems.READ_SCORES:  # otherwise the program was not handed in
             usage.check_program(arguments[:_cut(arguments)], options.command)
             _check_package(arguments[:_cut(arguments)], options)
@@ -97,13 +97,30 @@ def exercises():
             if entry.endswith('.yaml')}
 
 
-def load(path):
-    """Return the Exercise of a file if this machine can grade it; raise ExerciseError or OSError."""
-    loaded = exercise.load(path)
+def load(path, student=''):
+    """Return the Exercise of a file, for a student, if this machine can grade it; raise ExerciseError or OSError."""
+    loaded = exercise.load(path, student)
     if any(what == 'call' for what, _ in loaded.stimuli):
         from course_grader.attempt import service_types  # imports ROS, which other exercises do not need here
         service_types.check(loaded)
     return loaded
+
+
+def _sheet(arguments):
+    """Print the tasks of a student; return the exit code."""
+    parser = argparse.ArgumentParser(prog='./run grade --sheet', description='Prints the tasks of a student, with the '
+                                     'values that the exercise files draw for that name (vary).')
+    parser.add_argument('student', help='the name, as that of the folder that is handed in')
+    parser.add_argument('exercises', nargs='+', metavar='EXERCISE', help='name of an exercise, or path of a YAML file')
+    options = parser.parse_args(arguments)
+    try:
+        tasks = [load(_find(name), options.student) for name in options.exercises]
+    except (exercise.ExerciseError, OSError) as error:
+        say(f'./run grade: {harmless.plain(str(error))}', sys.stderr)
+        return exit_codes.USAGE
+    say(harmless.plain(f'{options.student}\n\n' + '\n\n'.join(
+        '\n'.join([f'{one.name}: {one.title}', *textwrap.wrap(one.asks, SHEET_WIDTH)]) for one in tasks)))
+    return exit_codes.OF_OUTCOME[scoring.PASSED]
 
 
 def _sourced(environment):
@@ -150,6 +167,7 @@ def _parse(arguments):
         usage='%(prog)s EXERCISE [--seed N] [--real-time] [--output FOLDER] -- COMMAND ...\n'
         '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help\n'
         '       %(prog)s --merge DIR ...   joins results of --all; see %(prog)s --merge --help\n'
+        '       %(prog)s --sheet STUDENT EXERCISE ...   prints the tasks of a student, with their values\n'
         '       %(prog)s --new FILE   writes an exercise file; %(prog)s --checks lists what it may contain',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
         'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
@@ -160,6 +178,8 @@ def _parse(arguments):
     parser.add_argument('--new', action=_New, metavar='FILE', help='write an exercise file to start from, and end')
     parser.add_argument('--seed', type=int,
                         help='repeats the start and the stimuli of an earlier grading; default: random')
+    parser.add_argument('--student', metavar='NAME', help='whose values an exercise has that differ from student to '
+                        'student')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
                         help='where roslaunch and rosrun also look for packages; default: the workspaces that are '
@@ -214,3 +234,16 @@ def _without_rostest(arguments):
 def _cut(arguments):
     """Return the index of the command; argparse.REMAINDER would include the options in it."""
     return arguments.index('--') if '--' in arguments else len(arguments)
+
+
+def _merge(arguments):
+    from course_grader.classes import grade_merge  # only here: its imports would delay the grading of one program
+    return grade_merge.main(arguments)
+
+
+def _all(arguments):
+    from course_grader.classes import grade_all
+    return grade_all.main(arguments, exercises(), load)
+
+
+OTHERS = {'--merge': _merge, '--all': _all, '--sheet': _sheet}  # options that are commands of their own

@@ -65,3 +65,10 @@ def _near(path):
     there = os.listdir(folder or '.') if os.path.isdir(folder or '.') else []
     close = difflib.get_close_matches(name, there, 1)
     return f' Did you mean {shlex.quote(os.path.join(folder, close[0]))}?' if close else ''
+
+
+def check_student(chosen, student):
+    """Raise UsageError if an exercise has values for each student, and nobody says whose."""
+    if chosen.varies and student is None:
+        raise UsageError(f'the values of {chosen.name} differ from student to student: add --student NAME, as on the '
+                         'sheet')

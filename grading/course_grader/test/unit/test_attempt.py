@@ -77,3 +77,13 @@ def test_memory_that_grows_without_bound_is_the_programs(monkeypatch):
     monkeypatch.setattr(attempt, 'MAX_SERVER_MEMORY', 1)
     made._check_servers(own)
     assert made.observed.trouble.startswith('the program filled the memory of the ')
+
+
+def test_who_wants_many_cores_and_is_late_gets_the_reason():
+    made = an_attempt()
+    made._note_hog(10.0, 8.0, 200.0, greedy=True)
+    assert 'kept 8 or more threads busy' in made.observed.trouble
+    made = an_attempt()
+    made.observed.kept_up = True
+    made._note_hog(10.0, 8.0, 200.0, greedy=True)
+    assert made.observed.trouble == ''

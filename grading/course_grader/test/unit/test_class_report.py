@@ -8,9 +8,11 @@ import pytest
 from course_grader.classes import class_page, class_report, class_table, grade_all
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
+from course_grader.classes.similarity import Pair
 from course_grader.classes.submissions import Submission
 from course_grader.formats import terminal
 from course_grader.rules import scoring
+from course_grader.rules.scoring import Reason
 
 
 def graded(student, exercise, score, outcome='passed', attempt='', reasons=()):
@@ -84,3 +86,27 @@ def test_the_line_of_a_grading_has_the_reason_that_cost_most():
     one = graded('anna', 'x', 28.0, 'failed', reasons=reasons)
     assert grade_all.progress(one, 2, 9) == ('[2/9] anna x: failed, 28 of 100, 1.5 s: '
                                              '8 of 80: asked: a stop; seen: 11')
+
+
+def test_similar_programs_have_a_table_and_pages_that_an_old_run_leaves_none_of(tmp_path):
+    results = [graded('anna', 'x', 90.0), graded('ben', 'x', 90.0)]
+    pair = Pair('x', 'anna', 'ben', 0.934, ('print(1)\n', 'print(2)\n'))
+    class_report.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair, pair]))
+    rows = list(csv.reader(io.StringIO((tmp_path / 'similar.csv').read_text())))
+    assert rows[1] == ['x', 'anna', 'ben', '93%', 'similar/1.html'] and len(rows) == 3
+    assert '<a href="similar/1.html">x: anna and ben have 93% in common</a>' in (tmp_path / 'index.html').read_text()
+    assert (tmp_path / 'similar' / '2.html').exists()
+    class_report.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair]))
+    assert not (tmp_path / 'similar' / '2.html').exists()
+
+
+def test_the_page_counts_what_goes_wrong_in_each_exercise():
+    def wrong(student, hint):
+        one = graded(student, 'x', 40.0, 'failed', reasons=[Reason('draws', 0.0, 60.0, 'a circle', 'a path')])
+        return one._replace(verdict=one.verdict._replace(hints=(hint, 'a second one')))
+    results = [graded('anna', 'x', 100.0), wrong('ben', 'turn left'), wrong('carl', 'turn left'),
+               wrong('dora', 'call spin'), graded('emil', 'x', 0.0, 'undecided')]
+    page = class_page.of_class(Class('', ['anna', 'ben', 'carl', 'dora', 'emil'], ['x'], results), '.')
+    row = ' '.join(page.partition('most frequent mistakes')[2].partition('</tbody>')[0].split())
+    assert '<td>5</td><td>1</td><td>55.0</td>' in row  # (100 + 3 * 40) / 4; emil is undecided
+    assert '2 × turn left<br> 1 × call spin<br> 3 × a circle' in row.replace('<br>', '<br> ').replace('  ', ' ')

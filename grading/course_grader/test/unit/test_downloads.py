@@ -6,6 +6,7 @@ import zipfile
 import pytest
 
 from course_grader.classes import downloads, submissions
+from course_grader.formats.platforms import Origin
 
 MOODLE = {'Anna Berg_1234_assignsubmission_file_/stop_at_x.py': 'anna',
           'Anna Berg_1234_assignsubmission_file_/src/helper.py': 'helper',
@@ -55,21 +56,30 @@ EXPECTED = [
 
 @pytest.mark.parametrize('files, expected', EXPECTED, ids=['moodle', 'flat', 'canvas', 'gradescope', 'plain'])
 def test_a_zip_becomes_a_folder_for_each_student(tmp_path, files, expected):
-    folder, left_out = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))
+    folder, left_out, _ = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))
     assert content(folder) == expected and left_out == []
-    folder, _ = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))  # once more
+    folder, _, _ = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))  # once more
     assert content(folder) == expected
 
 
 @pytest.mark.parametrize('files, expected', EXPECTED[:4], ids=['moodle', 'flat', 'canvas', 'gradescope'])
 def test_a_zip_may_be_unpacked(tmp_path, files, expected):
-    folder, _ = downloads.folder_of_class(written(tmp_path / 'a', files), str(tmp_path / 'out'))
+    folder, _, _ = downloads.folder_of_class(written(tmp_path / 'a', files), str(tmp_path / 'out'))
     assert content(folder) == expected
+
+
+@pytest.mark.parametrize('files, origin', [
+    (MOODLE, Origin('moodle', {'Anna Berg': '1234', 'Ben Li 77': '77', 'Ben Li 78': '78'})),
+    (CANVAS, Origin('canvas', {'berganna': '1234', 'liben': '77'})),
+    (GRADESCOPE, Origin('gradescope', {'Anna Berg': '34', 'Ben Li and Carl': '35', 'submission_36': '36'})),
+    (PLAIN, Origin())], ids=['moodle', 'canvas', 'gradescope', 'plain'])
+def test_the_numbers_by_which_the_platform_knows_the_students_are_kept(tmp_path, files, origin):
+    assert downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))[2] == origin
 
 
 def test_any_other_folder_is_taken_as_it_is(tmp_path):
     folder = written(tmp_path / 'a', {'anna/stop_at_x.py': '', 'a_1_2_b.py': ''})
-    assert downloads.folder_of_class(folder, str(tmp_path / 'out')) == (folder, [])
+    assert downloads.folder_of_class(folder, str(tmp_path / 'out')) == (folder, [], Origin())
     assert not (tmp_path / 'out').exists()
 
 
@@ -93,7 +103,7 @@ def test_nothing_is_written_outside_and_the_rest_is_read(tmp_path, monkeypatch):
         script = zipfile.ZipInfo('ben/script')
         script.external_attr = 0o100755 << 16
         archive.writestr(script, '#!/bin/sh\n')
-    folder, left_out = downloads.folder_of_class(str(path), str(tmp_path / 'out'))
+    folder, left_out, _ = downloads.folder_of_class(str(path), str(tmp_path / 'out'))
     assert content(folder) == {'anna/stop_at_x.py': 'x', 'ben/twice': 'x', 'ben/script': '#!/bin/sh\n'}
     assert sorted(name for name in os.listdir(tmp_path)) == ['a.zip', 'out']
     assert [one.reason.partition(':')[0] for one in left_out] == [

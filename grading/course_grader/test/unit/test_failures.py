@@ -103,9 +103,13 @@ def test_what_python_says(source, advice):
      "rospy.Subscriber('/turtle1/pose', Pose, callback())", 'without parentheses'),
     ("TypeError: callback() missing 1 required positional argument: 'pose'",
      "rospy.Subscriber('/turtle1/pose', Pose, callback)", 'one argument'),
+    ("NameError: name 'twist' is not defined", '', 'did you mean Twist?'),
     ("AttributeError: module 'rospy' has no attribute 'publisher'", '', 'rospy has no publisher'),
     ("topic types do not match: [Client wants topic /turtle1/pose to have datatype/md5sum [geometry_msgs/Pose/e4], but "
      "our version has [turtlesim/Pose/86]", '', 'one has geometry_msgs/Pose, the other has turtlesim/Pose'),
+    ('ERROR: cannot launch node of type [topic_demo/drive.py]: Cannot locate node of type [drive.py] in package '
+     '[topic_demo]. Make sure file exists in package path and permission is set to executable (chmod +x)\n'
+     'the program never started a node; does it call rospy.init_node?', '', 'chmod +x drive.py'),
 ])
 def test_what_ros_says(said, source, advice):
     assert advice in failures.advice(said, source)

@@ -53,6 +53,24 @@ def test_what_all_processes_use_together_is_counted(program, most, reason):
     assert met == f'the program exceeded a limit: {reason}'
 
 
+@pytest.mark.parametrize('count, greedy', [(limits.MANY_BUSY + 2, True), (2, False)])
+def test_program_that_wants_many_cores_gets_only_idle_ones(count, greedy):
+    busy = [subprocess.Popen([sys.executable, '-S', '-c', 'while True: pass']) for _ in range(count)]
+    try:
+        meter = Meter(Limits(), lambda: [process.pid for process in busy], lambda _: 0.0)
+        end = time.monotonic() + (DEADLINE if greedy else 1.0)
+        while not meter.greedy and time.monotonic() < end:
+            assert meter.poll() == ''
+            time.sleep(0.05)
+        assert meter.greedy is greedy
+        classes = {os.sched_getscheduler(process.pid) for process in busy}
+        assert classes == {os.SCHED_IDLE if greedy else os.SCHED_OTHER}
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
 def test_what_ends_between_two_looks_is_nothing():
     with subprocess.Popen(['true']) as process:
         pass
@@ -63,9 +81,3 @@ def test_what_ends_between_two_looks_is_nothing():
 @pytest.mark.parametrize('code, name', [(-24, 'cpu'), (128 + 25, 'file_size'), (-9, ''), (1, ''), (137, '')])
 def test_the_signal_of_a_limit(code, name):
     assert limits.of_signal(code) == name
-
-
-def test_the_size_of_a_folder(tmp_path):
-    (tmp_path / 'a').mkdir()
-    (tmp_path / 'a' / 'b').write_bytes(os.urandom(1 << 20))
-    assert 1.0 <= limits.folder_size(str(tmp_path)) < 1.1

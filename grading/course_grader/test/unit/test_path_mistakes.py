@@ -1,10 +1,11 @@
 """course_grader.rules.path_mistakes: mistakes that the path and the commands show."""
+import math
 import pathlib
 
 import pytest
 
 from course_grader.rules import exercise, path_mistakes, registry
-from course_grader.rules.observation import Command, Observed, Sensed
+from course_grader.rules.observation import Command, Observed, Sample, Sensed
 from unit_support.graded_turtle import GradedTurtle
 
 FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
@@ -53,7 +54,10 @@ def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
 
 
 @pytest.mark.parametrize('linear, angular, advice', [
-    (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None), (0.5, -0.2, None), (1.0, 0.2, None)])
+    (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None), (1.0, 0.2, None),
+    (0.5, -0.2, 'angular.z is -0.2, which has the wrong sign'),
+    (-0.5, 0.2, 'linear.x is -0.5, which has the wrong sign'),
+    (0.5, 0.0, 'angular.z is 0: it is the turn speed'), (0.0, 0.2, 'linear.x is 0: it is the speed, positive forward')])
 def test_velocities(linear, angular, advice):
     said = found('publish_circle', lambda turtle: turtle.drive(3.0, linear, angular), 'commands')
     assert advice in said[0] if advice else said == []
@@ -103,3 +107,22 @@ def test_velocities_of_the_wrong_sign(name, what, sign, advice):
                                                             else [0.0, 0.0, sign * error])))
     said = path_mistakes.found(one, seen, ['keeps'])['keeps']
     assert advice in said[0] if advice else not any('sign' in hint for hint in said)
+
+
+def followed(*steps):
+    """Return the advice on a turtle2 that drives (speed, turn speed) for a second each."""
+    x = y = theta = 0.0
+    track = [Sample(0.0, x, y, theta)]
+    for number, (speed, turn) in enumerate(steps, 1):
+        x, y, theta = x + speed * math.cos(theta), y + speed * math.sin(theta), theta + turn
+        track.append(Sample(float(number), x, y, theta))
+    observed = Observed(turtles={'turtle2': track}, connections={('/turtle2/cmd_vel', 'publishes')})
+    return path_mistakes.found(exercise.load(FOLDER / 'follow_turtle.yaml'), observed, ['follows'])['follows']
+
+
+@pytest.mark.parametrize('steps, advice', [
+    ([(0.0, 0.5)] * 5, 'turtle2 hardly moves'), ([(-0.5, 0.2)] * 5, 'turtle2 drives backward'),
+    ([(0.5, 0.0)] * 5, 'turtle2 never turns'), ([(0.5, 0.3)] * 5, None)])
+def test_a_follower_that_does_not_drive_as_it_should(steps, advice):
+    said = followed(*steps)
+    assert advice in said[0] if advice else said == []

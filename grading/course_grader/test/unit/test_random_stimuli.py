@@ -4,6 +4,7 @@ import math
 import pathlib
 
 import pytest
+import yaml
 
 from course_grader.rules import exercise, random_stimuli, robot_sensors
 from kinematic_core.worlds import world_format
@@ -124,3 +125,24 @@ def test_in_no_seed_two_legs_are_the_same_arc(one, number):
     for velocities in drawn(one, number):
         curvatures = sorted(angular / linear for linear, angular in velocities)  # [1/m]
         assert all(after - before > CURVED for before, after in zip(curvatures, curvatures[1:]))
+
+
+def test_a_world_is_shifted_with_what_the_checks_ask_for():
+    one = exercise.parse({**yaml.safe_load((FOLDER / 'between_posts.yaml').read_text()),
+                          'shift': {'x': '1 m', 'y': '0.2 to 0.3 m'}})
+    moved = random_stimuli.shifted(one, 7)
+    by = moved.world['cylinders'][0]['y'] - one.world['cylinders'][0]['y']
+    assert 0.199 < by < 0.301 and moved == random_stimuli.shifted(one, 7)
+    assert len({random_stimuli.shifted(one, seed).world['cylinders'][0]['y'] for seed in range(100)}) > 5
+    for before, after in zip(one.world['cylinders'], moved.world['cylinders']):
+        assert (after['x'], after['y']) == pytest.approx((before['x'] + 1.0, before['y'] + by))
+    passes = [(rule.parameters['x'], rule.parameters['y']) for rule in moved.rules if rule.name == 'passes']
+    assert passes == [pytest.approx((2.2, 0.12 + by)), pytest.approx((3.6, -0.12 + by))]
+    assert one.rules[0] == moved.rules[0]
+
+
+def test_a_moving_panel_is_shifted_along_its_path():
+    one = EXERCISES['keep_distance']._replace(shift={'x': (0.0, 0.0), 'y': (0.5, 0.5)})
+    panel, moved = one.world['panels'][0], random_stimuli.shifted(one, 1).world['panels'][0]
+    assert [y - 0.5 for _, _, y, _ in moved['path']] == [y for _, _, y, _ in panel['path']]
+    assert random_stimuli.shifted(EXERCISES['keep_distance'], 1) is EXERCISES['keep_distance']

@@ -15,6 +15,7 @@ import pytest
 from course_grader.classes import graded, remote
 from course_grader.classes.class_grader import Work
 from course_grader.classes.submissions import Submission
+from course_grader.isolation import levels
 from course_grader.rules import exercise
 from plain_support import processes
 
@@ -146,7 +147,10 @@ def test_it_says_what_is_wrong_with_a_cluster(tmp_path):
     program = ('import sys; from course_grader.classes import grade_all, remote; remote.SCHEDULER_TIMEOUT = 0.5; '
                'sys.exit(grade_all.main(sys.argv[1:], {}))')
     port = free_port()
-    for arguments, said in ((['--dask', f'tcp://127.0.0.1:{port}'], 'does not answer as a scheduler'),
+    alone = levels.machine().namespace
+    for arguments, said in ((['--dask', f'tcp://127.0.0.1:{port}'], 'has no key' if alone else
+                             'does not answer as a scheduler'),
+                            (['--dask', f'tcp://127.0.0.1:{port}', '--isolation', 'uid'], 'has no key, so a program'),
                             (['--dask', 'tls://127.0.0.1:1'], 'needs --dask-key FILE, the key with which the'),
                             (['--dask', 'tls://127.0.0.1:1', '--dask-key', 'no.pem'], 'there is no file no.pem')):
         done = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path),

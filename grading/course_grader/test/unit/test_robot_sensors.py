@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from course_grader.rules import exercise, robot_sensors, scoring
-from course_grader.rules.observation import Observed, Sample, Sensed
+from course_grader.rules.observation import Command, Observed, Sample, Sensed
 from depthimage_to_laserscan.core import projection
 from kinematic_core.worlds import camera, world_format
 from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
@@ -107,6 +107,15 @@ def sensed(*values, what='ahead'):
 def test_keeps(values, points, said):
     reason = judged(sensed(*values), **AHEAD, tolerance='0.1 m', last='3 s')
     assert reason.points == points and said in reason.seen
+
+
+@pytest.mark.parametrize('speeds, points', [
+    ((0.4, 0.2, 0.1, 0.0), 100), ((0.4, -0.2, 0.1, -0.0005, 0.0005), 100),  # below 1 mm/s it stands
+    ((0.4, -0.2, 0.1, -0.05, 0.02), 0)])
+def test_keeps_without_swinging(speeds, points):
+    observed = sensed(0.5, 0.5, 0.5)
+    observed.commands = [Command(float(t), speed, 0.0, 0.0) for t, speed in enumerate(speeds)]
+    assert judged(observed, **AHEAD, swings=2).points == points
 
 
 def test_keeps_a_marker_at_its_place():

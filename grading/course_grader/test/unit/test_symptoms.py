@@ -4,8 +4,8 @@ import pathlib
 import pytest
 import yaml
 
-from course_grader.rules import exercise, scoring, symptoms
-from course_grader.rules.observation import Observed
+from course_grader.rules import exercise, path_mistakes, scoring, symptoms
+from course_grader.rules.observation import Command, Observed
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
@@ -119,8 +119,8 @@ def test_a_value_that_stays_in_a_function():
 
 
 @pytest.mark.parametrize('act, said', [
-    (lambda turtle: circle(turtle, angular=-0.2), 'a positive angular.z turns to the left'),
-    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is the turn speed'),
+    (lambda turtle: circle(turtle, angular=-0.2), 'positive to the left'),
+    (lambda turtle: circle(turtle, angular=0.0), 'it is the turn speed'),
     (lambda turtle: circle(turtle, rate=1.0), 'rospy.Rate(10)'),
 ])
 def test_symptoms_of_an_exercise(act, said):
@@ -275,3 +275,17 @@ def test_the_mistakes_of_the_bench_are_mistakes_in_samples():
     for entry in listed['open'] + listed['held_out']:
         text = (REPOSITORY / 'test' / 'data' / 'submissions' / entry['of']).read_text(encoding='utf-8')
         assert all(str(old) in text and str(old) != str(new) for old, new in entry['change'].items()), entry
+
+
+def test_what_it_commands_explains_the_path_that_it_drives():
+    """It turns into the wall; the first hint was that it is too slow."""
+    found = hints('publish_circle', lambda turtle: circle(turtle, angular=-0.2))
+    assert found[0] == ('angular.z is -0.2, which has the wrong sign: it is the turn speed, positive to the left')
+    assert not any('too slow' in hint for hint in found)
+
+
+@pytest.mark.parametrize('name, rate, told', [('robot_forward', 1.0, False), ('robot_square', 1.0, True)])
+def test_pauses_that_the_task_asks_for_are_no_mistake(name, rate, told):
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    observed = Observed(commands=[Command(number / rate, -0.1, 0.0, 0.0) for number in range(10)], seconds=10.0)
+    assert any('ten times per second' in hint for hint in path_mistakes.stops_in_between(one, observed)) is told

@@ -17,7 +17,15 @@ REFUSAL = b'HTTP/1.1 413 Payload Too Large\r\nContent-Length: 0\r\nConnection: c
 
 
 class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
-    """Starts a thread for each complete request."""
+    """Starts a thread for each complete request.
+
+    ``allows(method, connection)`` decides whether a call is made; every one is, unless a process replaces it.
+    """
+
+    @staticmethod
+    def allows(_method, _connection):
+        """Return True."""
+        return True
 
     def __init__(self, watch, address, log_requests=1):
         self._watch, self._closed = watch, threading.Event()
@@ -76,3 +84,9 @@ class _RequestHandler(rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler):
     def handle(self):
         self.close_connection = True
         self.handle_one_request()
+
+    def _dispatch(self, method, params):
+        """Answer a call, or refuse it as an error of the slave API; xmlrpc.server asks its handler first."""
+        if not self.server.allows(method, self.connection):
+            return -1, f'{method} is refused', 0
+        return self.server._dispatch(method, params)

@@ -28,10 +28,11 @@ import rospy
 from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulator_link import SimulatorLink
+from course_grader.attempt.slave_guard import SlaveGuard
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
-from course_grader.isolation.limits import CPU_ALLOWANCE, MEGABYTE
+from course_grader.isolation.limits import CPU_ALLOWANCE, MANY_BUSY, MEGABYTE
 from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
@@ -200,7 +201,9 @@ class Attempt:
         with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
                              [self._job.output]) as box:
             _set_environment(box.environment)
+            self._guard = SlaveGuard(box.user)
             self._start_master(box)
+            self._guard.trust(self._master_process.pid)
             simulator = self._start_simulator(box)
             servers.protect()
             rospy_internals.poll_for_registration()
@@ -344,12 +347,14 @@ class Attempt:
                 self.observed.kept_up = False
                 break
             self._check_servers(simulator)
+            self.observed.trouble = self._guard.refused() or self.observed.trouble
             if reader.now >= self._polled_at + PERIOD:
                 self._polled_at = reader.now
                 self._poll(student)
                 if self._settled(stimuli):
                     break
         self._state.read()
+        self.observed.trouble = self._guard.refused() or self.observed.trouble
         after_used = _cpu_times(servers)
         self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), time.monotonic() - began,
                                 after_used[0] - before_used[0])
@@ -359,7 +364,8 @@ class Attempt:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began)
+        self._note_hog(student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began,
+                       student.greedy())
 
     def _is_late(self):
         """Return whether the time of the attempt is over."""
@@ -394,16 +400,19 @@ class Attempt:
             time.sleep(POLL)
             self._read_names()
 
-    def _note_hog(self, used, served, wall):
+    def _note_hog(self, used, served, wall, greedy=False):
         """Record whether a program slowed the simulation down: ``used`` [s] of processor time in ``wall`` [s].
 
-        ``served`` [s]: processor time of master, simulator and grader.
+        ``served`` [s]: processor time of master, simulator and grader; ``greedy``: it kept many threads busy.
         """
         if self.observed.kept_up or self.observed.trouble:
             return
         if hogs(used, wall) or self._is_late() and used > BUSY_SHARE * wall:
             self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
                                      'nothing was left for the simulation')
+        elif greedy:
+            self.observed.trouble = (f'the program kept {MANY_BUSY} or more threads busy at a time: since then it got '
+                                     'only what the rest of the machine leaves')
         elif self._is_late() and served > SERVER_SHARE * wall:
             self.observed.trouble = (f'the program kept master, simulator and grader busy, for {served:.0f} s of '
                                      f'processor time in {wall:.0f} s, by what it sends, prints, calls or registers')

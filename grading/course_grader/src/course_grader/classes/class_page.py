@@ -3,6 +3,7 @@
 The table of the class page sorts, and filters choose exercises and verdicts. Without JavaScript everything is visible.
 """
 import base64
+import collections
 import hashlib
 import os
 import re
@@ -11,7 +12,7 @@ from typing import Any, Dict, List, Optional, Sequence
 from urllib.parse import quote
 
 from course_grader.classes.class_table import SUMMARIES, Class, cells
-from course_grader.classes.graded import Graded
+from course_grader.classes.graded import SIMILAR, Graded
 from course_grader.classes.submissions import LeftOut
 from course_grader.formats import harmless, templates
 from course_grader.isolation import levels
@@ -20,6 +21,7 @@ from course_grader.rules import scoring
 MAX_PRINTED = 20_000  # characters of a program's output on a student's page
 MAX_REASON = 120  # characters of the reason beside the title of a submission
 OUTCOMES = scoring.PASSED, scoring.FAILED, scoring.UNDECIDED
+MAX_MISTAKES = 3  # that are listed for an exercise
 MISSING = 'missing'  # the verdict of a cell without a submission
 LEGEND = {'start': 'start', 'end': 'end', 'counted': 'what counted'}  # style of a path picture: its meaning
 
@@ -37,7 +39,26 @@ def of_class(graded: Class, folder: str) -> str:
         isolation=_isolation(graded.results), rows=_rows(graded),
         weights='' if set(weights.values()) <= {1.0} else ', '.join(f'{name} {weights[name]:g}' for name in weights),
         submissions=[_submission(one, folder) for one in graded.results],
-        left_out=[harmless.plain(one.text()) for one in graded.left_out])
+        left_out=[harmless.plain(one.text()) for one in graded.left_out], statistics=_statistics(graded),
+        similar=[(harmless.plain(pair.text()), f'{SIMILAR}/{number}.html')
+                 for number, pair in enumerate(graded.similar, 1)])
+
+
+def _statistics(graded: Class) -> List[Dict[str, Any]]:
+    """Return for each exercise how many have handed it in and passed, their mean, and the most frequent advice."""
+    best, found = graded.best(), []
+    for exercise in graded.exercises:
+        own = [one for (_, name), one in best.items() if name == exercise]
+        decided = [one for one in own if one.outcome in scoring.DECIDED]
+        hints = collections.Counter(hint for one in decided for hint in one.verdict.hints[:1])
+        lost = collections.Counter(check.asked for one in decided for check in one.verdict.reasons
+                                   if check.points < check.of)
+        found.append({
+            'exercise': exercise, 'count': len(own), 'passed': sum(one.outcome == scoring.PASSED for one in own),
+            'mean': f'{sum(one.score for one in decided) / len(decided):.1f}' if decided else '',
+            'mistakes': [(harmless.plain(text), count) for text, count in (
+                *hints.most_common(MAX_MISTAKES), *lost.most_common(MAX_MISTAKES - len(hints)))][:MAX_MISTAKES]})
+    return found
 
 
 def of_student(student: str, results: Sequence[Graded], left_out: Sequence[LeftOut] = ()) -> str:

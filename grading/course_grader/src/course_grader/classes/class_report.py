@@ -2,13 +2,14 @@
 import csv
 import os
 import secrets
+import shutil
 from typing import Dict, List, Sequence
 
-from course_grader.classes import class_page, class_table
+from course_grader.classes import class_page, class_table, similarity
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import ANONYMOUS, CODES, PAGES, TABLES, Graded, name_of_folder
+from course_grader.classes.graded import ANONYMOUS, CODES, PAGES, PAIRS, SIMILAR, TABLES, Graded, name_of_folder
 from course_grader.classes.submissions import LeftOut
-from course_grader.formats import csv_table, harmless, junit
+from course_grader.formats import csv_table, harmless, junit, platforms
 from course_grader.formats.csv_table import NOT_GRADED
 from course_grader.rules.scoring import Verdict
 from plain_support import write_whole
@@ -28,6 +29,14 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
         contents[CODES] = csv_table.table([('code', 'student'), *sorted((code, name) for name, code in codes.items())])
         contents[ANONYMOUS] = csv_table.table([('code', *rows[0][1:]), *sorted([codes[row[0]], *row[1:]]
                                                                               for row in rows[1:])])
+    for_platform = platforms.table(graded.origin, graded.exercises, class_table.grades(graded))
+    if for_platform:
+        contents[f'{graded.origin.platform}.csv'] = csv_table.table(for_platform)
+    shutil.rmtree(os.path.join(folder, SIMILAR), ignore_errors=True)
+    if graded.similar:
+        files = similar_files(graded.similar)
+        contents[PAIRS] = csv_table.table(similarity.table(graded.similar, list(files)))
+        contents.update({name: page for name, page in files.items() if page})
     if student_pages:
         for student in graded.students:
             own = [one for one in graded.results if one.submission.student == student]
@@ -37,8 +46,14 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
     for name, content in contents.items():
         os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
         write_whole(os.path.join(folder, name), content)
-    shown = [name for name in contents if not name.startswith(PAGES + os.sep)] + [PAGES + os.sep] * student_pages
+    shown = [name for name in contents if not name.startswith((PAGES + os.sep, SIMILAR + os.sep))]
+    shown += [PAGES + os.sep] * student_pages
     return [os.path.join(folder, name) for name in shown]
+
+
+def similar_files(found: Sequence[similarity.Pair]) -> Dict[str, str]:
+    """Return {name: page} for each pair, in their order; '' for programs that are too long to be shown."""
+    return {f'{SIMILAR}/{number}.html': similarity.side_by_side(pair) for number, pair in enumerate(found, 1)}
 
 
 def as_rows(results: Sequence[Graded], left_out: Sequence[LeftOut] = ()) -> str:

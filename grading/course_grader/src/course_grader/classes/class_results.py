@@ -10,15 +10,17 @@ import sys
 import tempfile
 from typing import Any, Dict, List, Sequence, Tuple
 
-from course_grader.classes import class_report, class_table
+from course_grader.classes import class_report, class_table, marks
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import CLASS
 from course_grader.classes.submissions import LeftOut
 from course_grader.formats import exit_codes, harmless, systems, terminal
+from course_grader.formats.platforms import Origin
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
 
+MAX_SIMILAR = 20  # pairs that are printed; all are in a table
 OUTPUT = os.path.join('output', 'grades')
 PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed instead
 
@@ -67,8 +69,12 @@ def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
 
 
 def check_output(folder: str) -> None:
-    """Raise OSError unless files can be written into a folder; call it before the gradings."""
+    """Raise OSError unless files can be written into a folder, MarksError if its MARKS are wrong.
+
+    Call it before the gradings.
+    """
     os.makedirs(folder, exist_ok=True)
+    marks.read(folder)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(b'.' * 4096)
 
@@ -76,16 +82,21 @@ def check_output(folder: str) -> None:
 def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], notes: Sequence[str] = ()) -> int:
     """Print the table and write all files; return the exit code for the ``chosen`` results."""
     quiet = options.format != systems.TEXT
+    given, unknown = marks.apply(graded.results, marks.read(options.output))
+    graded, notes = graded._replace(results=given), [*notes, *map(harmless.printed, unknown)]
     if not quiet:
         for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)
         if graded.left_out:
             say('\n'.join(['Not graded:', *(harmless.printed(f'  {one.text()}') for one in graded.left_out)]))
+        if graded.similar:
+            say('\n'.join(['Similar programs:', *(harmless.printed(f'  {pair.text()}')
+                                                  for pair in graded.similar[:MAX_SIMILAR])]))
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
                'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)
                                for one in graded.results],
-               'left_out': list(graded.left_out)}
+               'left_out': list(graded.left_out), 'platform': graded.origin.platform, 'ids': dict(graded.origin.ids)}
     write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
     if quiet:
         with open(os.path.join(options.output, PRINTED[options.format]), encoding='utf-8', newline='') as file:
@@ -97,8 +108,11 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     return exit_codes.OF_OUTCOME[worst]
 
 
-def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut]]:
-    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut]) of a folder; raise ClassError."""
+def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut], Origin]:
+    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut], Origin) of a folder.
+
+    Raise ClassError.
+    """
     path = os.path.join(folder, CLASS)
     try:
         with open(path, encoding='utf-8') as file:
@@ -111,10 +125,11 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
         if any(os.sep in name or name in ('.', '..') for name in names):
             raise ValueError('a name leads to another folder')
         return (str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions,
-                left_out)
+                left_out, Origin(str(content['platform']), {str(name): str(number) for name, number in
+                                                            content['ids'].items()}))
     except FileNotFoundError:
         raise ClassError(f'{path} does not exist; name folders that ./run grade --all --output has written') from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ClassError(f'{path} cannot be read: {error}; name folders that ./run grade --all --output has '
                          'written') from None
 

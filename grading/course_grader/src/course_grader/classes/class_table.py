@@ -2,7 +2,9 @@
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.classes.graded import Graded
+from course_grader.classes.similarity import Pair
 from course_grader.classes.submissions import LeftOut
+from course_grader.formats.platforms import Grades, Origin
 from course_grader.rules import scoring
 
 Best = Dict[Tuple[str, str], Graded]  # of (student, exercise)
@@ -11,7 +13,8 @@ Best = Dict[Tuple[str, str], Graded]  # of (student, exercise)
 class Class(NamedTuple):
     """A class and its gradings: students and exercises in the order of the table, {exercise: weight}, all gradings.
 
-    An exercise without a weight has the weight 1. ``left_out``: what was handed in and is not graded.
+    An exercise without a weight has the weight 1. ``left_out``: what was handed in and is not graded; ``origin``: the
+    platform that the class was downloaded from; ``similar``: programs that resemble each other.
     """
 
     title: str
@@ -20,6 +23,8 @@ class Class(NamedTuple):
     results: Sequence[Graded]
     weights: Mapping[str, float] = {}
     left_out: Sequence[LeftOut] = ()
+    origin: Origin = Origin()
+    similar: Sequence[Pair] = ()
 
     def weight(self, exercise: str) -> float:
         """Return the weight of an exercise in the mean."""
@@ -63,3 +68,21 @@ def _score(graded: Optional[Graded]) -> str:
     if graded is None:
         return ''
     return scoring.UNDECIDED if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}'
+
+
+def grades(graded: Class) -> List[Grades]:
+    """Return the grades of all students for the platform of the class; nothing counts that is undecided or missing."""
+    best, found = graded.best(), []
+    for student in graded.students:
+        own = {exercise: best[student, exercise] for exercise in graded.exercises if (student, exercise) in best}
+        scores = {exercise: f'{one.score:g}' for exercise, one in own.items() if one.outcome in scoring.DECIDED}
+        found.append(Grades(student, scores, _mean(graded, student, best) if own else '', '; '.join(
+            f'{exercise}: {_told(one)}' for exercise, one in own.items())))
+    return found
+
+
+def _told(graded: Graded) -> str:
+    """Return the verdict of a grading with its main reason."""
+    reason = graded.verdict.main_reason()
+    score = f'{graded.score:g} of 100' if graded.outcome in scoring.DECIDED else graded.outcome
+    return f'{score}: {reason}' if reason else score

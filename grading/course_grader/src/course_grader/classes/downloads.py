@@ -21,6 +21,8 @@ from typing import IO, Any, Callable, Dict, List, NamedTuple, Set, Tuple
 
 from course_grader.classes.graded import HANDED_IN, LONGEST_NAME
 from course_grader.classes.submissions import NOBODYS, LeftOut
+from course_grader.formats import platforms
+from course_grader.formats.platforms import Origin
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
 from plain_support import documents
@@ -50,17 +52,17 @@ class File(NamedTuple):
     open: Callable[[], IO[bytes]]
 
 
-def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut]]:
-    """Return the folder of a class with a folder for each student, and what could not be read.
+def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]:
+    """Return the folder of a class with a folder for each student, what could not be read, and where it comes from.
 
     It is ``path`` itself, unless that is a ZIP or has the layout of a platform: then a new one in ``output``. Raise
     DownloadError or OSError.
     """
     is_folder = os.path.isdir(path)
     files = _in_folder(path) if is_folder else _in_zip(path)
-    places = _places(files)
+    places, origin = _places(files)
     if is_folder and not places:
-        return path, []
+        return path, [], origin
     target = os.path.join(output, HANDED_IN)
     shutil.rmtree(target, ignore_errors=True)
     os.makedirs(target)
@@ -79,7 +81,7 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut]]:
             left_out.append(LeftOut(student, rest, reason))
     if len(files) > MAX_FILES:
         left_out.append(LeftOut('', '', f'{len(files) - MAX_FILES} more files: at most {MAX_FILES:,} are read'))
-    return _inner(target), left_out
+    return _inner(target), left_out, origin
 
 
 def _inner(folder: str) -> str:
@@ -118,13 +120,17 @@ def _in_folder(path: str) -> List[File]:
     return files
 
 
-def _places(files: List[File]) -> Dict[str, Tuple[str, str]]:
-    """Return {name of a file: (student, path in the student's folder)} if the files have the layout of a platform."""
-    for layout in (_gradescope, _moodle, _canvas):
+def _places(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
+    """Return {name of a file: (student, path in the student's folder)} if the files have the layout of a platform.
+
+    And the Origin.
+    """
+    for platform, layout in LAYOUTS.items():
         found = layout(files)
         if found:
-            return _with_unique_students(found)
-    return {}
+            places = _with_unique_students(found)
+            return places, Origin(platform, {places[name][0]: number for name, (_, number, _) in found.items()})
+    return {}, Origin()
 
 
 Found = Dict[str, Tuple[str, str, str]]  # {name of a file: (student, id, path in the student's folder)}
@@ -171,6 +177,10 @@ def _gradescope(files: List[File]) -> Found:
         if file.name.startswith(root) and match and inside:
             found[file.name] = _submitters(metadata, first), match['id'], inside
     return found
+
+
+LAYOUTS: Dict[str, Callable[[List[File]], Found]] = {
+    platforms.GRADESCOPE: _gradescope, platforms.MOODLE: _moodle, platforms.CANVAS: _canvas}
 
 
 def _is_metadata(name: str) -> bool:

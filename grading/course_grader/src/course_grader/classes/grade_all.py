@@ -15,13 +15,15 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, class_results, downloads, graded, remote, submissions
+from course_grader.classes import class_grader, class_results, downloads, graded, remote, similarity, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
+from course_grader.classes.marks import MarksError
 from course_grader.classes.submissions import LeftOut, Submission
 from course_grader.formats import exit_codes, harmless, systems
+from course_grader.formats.platforms import Origin
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
@@ -34,12 +36,16 @@ Load = Callable[[str], Exercise]
 
 
 class Found(NamedTuple):
-    """The content of a folder: {name: path} of the exercises, students, submissions, and what is not graded."""
+    """The content of a folder: {name: path} of the exercises, students, submissions, and what is not graded.
+
+    ``origin``: the platform that it was downloaded from.
+    """
 
     exercises: Dict[str, str]
     students: List[str]
     submissions: List[Submission]
     left_out: List[LeftOut]
+    origin: Origin = Origin()
 
 
 def parser() -> argparse.ArgumentParser:
@@ -82,7 +88,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
     processes.make_interruptible()
     try:
         return _run(options, exercises, load)
-    except (ClassError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
+    except (ClassError, MarksError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
             exercise.ExerciseError, OSError) as error:
         return class_results.fail(error)
     except levels.TooWeak as error:
@@ -91,6 +97,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
 
 
 def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
+    remote.require_isolation(options)
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     found = _class(options, exercises)
     class_results.check_output(options.output)
@@ -115,7 +122,8 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
         results.setdefault(work.submission, graded.undecided(work.submission, work.folder, reason))
     code = class_results.show(options, Class(
         title, found.students, names, [results[submission] for submission in found.submissions], options.weights,
-        found.left_out), [results[submission] for submission in chosen])
+        found.left_out, found.origin, similarity.of_class(found.submissions)),
+        [results[submission] for submission in chosen])
     return exit_codes.INTERRUPTED if interrupted else code
 
 
@@ -126,7 +134,7 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
     if not os.path.isdir(options.folder) and not options.folder.lower().endswith(downloads.ZIP):
         raise ClassError(f'{options.folder} is neither a folder nor a ZIP; to grade one program, type: '
                          f'./run grade EXERCISE -- {options.folder}')
-    options.folder, unread = downloads.folder_of_class(options.folder, options.output)
+    options.folder, unread, origin = downloads.folder_of_class(options.folder, options.output)
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
         found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best))
@@ -139,7 +147,7 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
         found = Found({name: os.path.abspath(path)}, *(
             submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
             submissions.find(options.folder, [name], options.best, only=name)))
-    return found._replace(left_out=[*found.left_out, *unread])
+    return found._replace(left_out=[*found.left_out, *unread], origin=origin)
 
 
 def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:
@@ -165,13 +173,17 @@ def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise]
     path = found.exercises[submission.exercise]
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     files = graded.files_of(submission, programs)
-    return Work(submission, loaded[submission.exercise], graded.folder_of(submission, options.output), seed,
+    one = loaded[submission.exercise]
+    if one.varies:
+        one = exercise.load(path, submission.student)
+    return Work(submission, one, graded.folder_of(submission, options.output), seed,
                 graded.fingerprint_of(submission, files, path, version, options.seed),
-                _repeat(options, path, submission, seed), options.limit, os.path.abspath(path), files,
+                _repeat(options, path, submission, seed, one.varies), options.limit, os.path.abspath(path), files,
                 isolated_by=isolate.line(options))
 
 
-def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int) -> Tuple[str, ...]:
+def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int, varies: bool
+            ) -> Tuple[str, ...]:
     """Return the arguments of ./run grade that repeat a grading, without folders above that of the class."""
     root, shown = os.path.abspath(options.folder) + os.sep, options.folder
     if os.path.isabs(shown):
@@ -183,7 +195,9 @@ def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed
     command = [bare(part) for part in submission.command]
     packages = ['--packages', bare(submission.packages)] if submission.packages and not os.path.isabs(
         submission.command[0] if submission.command else '') else []
-    return (bare(os.path.abspath(path)) if own else submission.exercise, '--seed', str(seed), *packages, '--', *command)
+    student = ['--student', submission.student] if varies else []
+    return (bare(os.path.abspath(path)) if own else submission.exercise, '--seed', str(seed), *student, *packages, '--',
+            *command)
 
 
 def _unchanged(works: Sequence[Work]) -> Dict[Submission, Graded]:

@@ -12,8 +12,10 @@ from course_grader.classes import class_results, graded
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
+from course_grader.classes.marks import MarksError
 from course_grader.classes.submissions import Submission
 from course_grader.formats import harmless
+from course_grader.formats.platforms import Origin
 from course_grader.rules import scoring
 from course_grader.supervision.supervisor import RESULTS
 
@@ -31,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     options = parser().parse_args(arguments)
     try:
         return _run(options)
-    except (ClassError, OSError) as error:
+    except (ClassError, MarksError, OSError) as error:
         return class_results.fail(error)
 
 
@@ -42,7 +44,7 @@ def _run(options: argparse.Namespace) -> int:
     exercises = sorted({name for _, _, _, names, *_ in parts for name in names})
     class_results.check_weights(options.weights, exercises)
     best: Dict[Submission, Graded] = {}
-    for folder, _, _, _, found, _ in parts:
+    for folder, _, _, _, found, _, _ in parts:
         for student, exercise, attempt in found:
             one = _read(Submission(student, exercise, (), '', attempt=attempt), folder)
             if one.submission not in best or _rank(best[one.submission], options) < _rank(one, options):
@@ -50,8 +52,10 @@ def _run(options: argparse.Namespace) -> int:
     results = [_moved(one, options.output) for _, one in sorted(best.items(), key=lambda entry: entry[0])]
     missing = [f'{one.submission.student}/{one.submission.exercise}' for one in results if not one.at]
     notes = [harmless.printed(f'Not graded in any part: {", ".join(missing)}')] if missing else []
-    left_out = list(dict.fromkeys(one for *_, others in parts for one in others))
-    return class_results.show(options, Class(parts[0][1], students, exercises, results, options.weights, left_out),
+    left_out = list(dict.fromkeys(one for *_, others, _ in parts for one in others))
+    origin = Origin(parts[0][-1].platform, {name: number for part in parts for name, number in part[-1].ids.items()})
+    return class_results.show(options, Class(parts[0][1], students, exercises, results, options.weights, left_out,
+                                      origin),
                               results, notes)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Container, Dict, Iterable, List, Mapping, NamedTuple, Tuple
 
 from course_grader.classes.submissions import Submission
-from course_grader.formats import harmless
+from course_grader.formats import harmless, platforms
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
 from course_grader.rules import scoring
@@ -23,7 +23,9 @@ TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'  # in the folder 
 CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
 PAGES, CLASS = 'pages', 'class.json'  # folder of the students' pages; see class_results.py
 HANDED_IN = 'handed_in'  # folder of what downloads.py has unpacked
-RESERVED = (*TABLES, CODES, ANONYMOUS, PAGES, CLASS, HANDED_IN)
+SIMILAR, PAIRS = 'similar', 'similar.csv'  # folder of pages with two similar programs each, and their table
+MARKS = 'marks.csv'  # what a teacher gives by hand; see marks.py
+RESERVED = (*TABLES, *platforms.NAMES, CODES, ANONYMOUS, PAGES, CLASS, HANDED_IN, SIMILAR, PAIRS, MARKS)
 LONGEST_NAME = 200  # [bytes] of a folder; Linux allows 255, with an ending
 NOT_GRADED = 'it is not graded yet'
 MAX_HASHED = 64 * MEGABYTE  # [bytes] of a file that are compared

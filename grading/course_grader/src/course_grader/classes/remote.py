@@ -2,7 +2,8 @@
 
 A submission is sent with its exercise; ./run grade EXERCISE grades it there, isolated as on that machine, and its files
 are sent back. Dask gives the gradings of a lost worker to another one. Anyone who reaches a scheduler without TLS can
-run programs on its workers, so such a scheduler is used on this machine only. Without ROS.
+run programs on its workers, so such a scheduler is used on this machine only, and only with programs that have a
+network of their own. Without ROS.
 """
 import argparse
 import asyncio
@@ -24,6 +25,7 @@ from course_grader.classes import class_grader, graded
 from course_grader.classes.class_grader import Answer, Work
 from course_grader.classes.graded import Graded
 from course_grader.formats import exit_codes
+from course_grader.isolation import levels
 from course_grader.supervision.supervisor import EXTRA, PATIENCE, RESULTS
 from plain_support import processes
 
@@ -87,6 +89,23 @@ def _is_here(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == 'localhost'
+
+
+def require_isolation(options: argparse.Namespace) -> None:
+    """Let workers of a scheduler without a key grade at the level namespace only; raise RemoteError if none can.
+
+    A program at another level reaches the scheduler, and could run code on the workers as their user. Call this while
+    the process has one thread.
+    """
+    if not options.dask or urlsplit(options.dask).scheme != 'tcp':
+        return
+    missing = levels.machine().namespace
+    if missing or options.isolation not in (None, levels.NAMESPACE):
+        why = f'the level namespace is not possible here: {missing}' if missing else f'--isolation {options.isolation}'
+        raise RemoteError(f'--dask {options.dask} has no key, so a program that reaches it could run code on its '
+                          f'workers ({why}). Make a key, and write tls://{urlsplit(options.dask).netloc} with '
+                          '--dask-key FILE, as docs/grading.md says; or grade without --dask')
+    options.require_isolation = levels.NAMESPACE
 
 
 def grade(options: argparse.Namespace, works: Sequence[Work], done: Callable[[Graded], None]) -> None:
@@ -157,7 +176,8 @@ def grade_parcel(parcel: Parcel) -> Answer:
             file.write(parcel.exercise_text)
         output = os.path.join(folder, 'results')
         packages = ['--packages', own] if parcel.packages else []
-        _run([*GRADER, exercise, '--seed', str(parcel.seed), '--output', output, *packages,
+        _run([*GRADER, exercise, '--seed', str(parcel.seed), f'--student={parcel.student}', '--output', output,
+              *packages,
               *parcel.isolated_by, '--',
               *(part.replace(FOLDER, own + os.sep) for part in parcel.command)], os.path.join(own, parcel.inside),
              parcel.limit)

@@ -3,9 +3,11 @@
 Nothing here is secret: the kernel enforces the isolation.
 """
 import contextlib
+import fcntl
 import os
 import signal
-import socket
+import stat
+import subprocess
 from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.isolation import levels, limits, view
@@ -13,7 +15,9 @@ from course_grader.isolation.limits import MEGABYTE, Limits
 
 HOME, TEMPORARY = '/student', '/tmp'  # inside
 KILLS = 3  # one is enough, unless a process is just being started
-LOCK = '\0turtle_robotont_user_{}'  # an abstract socket; the process that has bound it owns the user
+LOCKS = '/run/turtle_robotont', '/tmp/turtle_robotont_users'  # folders of root, the first that can be had; the process
+                                                              # that has locked the file in it owns the user
+WRITABLE = '/tmp', '/var/tmp', '/dev/shm', '/dev/mqueue', '/run/lock'  # folders in which every user may write
 
 
 class Isolation(NamedTuple):
@@ -32,23 +36,40 @@ NO_ISOLATION = Isolation()
 
 
 class User:
-    """A user id that no other grading of this machine uses, until ``close``."""
+    """A user id that no other grading of this machine uses, until ``close`` or the end of this process.
+
+    The lock is a file that only root can open, in any network, so no program can take it.
+    """
 
     def __init__(self) -> None:
         """Reserve a free user id; raise OSError if none is free."""
+        folder = _lock_folder()
         first = os.getpid() % len(levels.USERS)
         for number in (*levels.USERS[first:], *levels.USERS[:first]):
-            self._lock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            with contextlib.suppress(OSError):
-                self._lock.bind(LOCK.format(number))
-                self.number = number
-                return
-            self._lock.close()
+            self._lock = os.open(os.path.join(folder, f'user_{number}'), os.O_RDWR | os.O_CREAT, 0o600)
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                os.close(self._lock)
+                continue
+            self.number = number
+            return
         raise OSError('no user id is free')
 
     def close(self) -> None:
         """Release the user id."""
-        self._lock.close()
+        os.close(self._lock)
+
+
+def _lock_folder() -> str:
+    """Return the first of LOCKS that only this user can write to; raise OSError if there is none."""
+    for folder in LOCKS:
+        with contextlib.suppress(OSError):
+            os.makedirs(folder, mode=0o700, exist_ok=True)
+            found = os.lstat(folder)
+            if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077:
+                return folder
+    raise OSError(f'no folder for the locks of user ids can be made: {" or ".join(LOCKS)}')
 
 
 def confined(isolation: Isolation, command: Sequence[str], environment: Mapping[str, str],
@@ -118,6 +139,36 @@ def end_user(number: int) -> None:
         finally:
             os._exit(0)
     os.waitpid(child, 0)
+
+
+def written(folder: str, user: Optional[int]) -> float:
+    """Return the size [MB] of all files in a folder, or with a ``user`` of those of this user there and in WRITABLE."""
+    line = ['find', folder] if user is None else [*find_written(folder), *_closed(user), '-o', '-user', str(user)]
+    found = subprocess.run([*line, '-printf', '%b '], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL, check=False)
+    return sum(map(int, found.stdout.split())) * 512 / MEGABYTE
+
+
+def remove_written(folder: str, user: int) -> None:
+    """Remove the files of a user, of whom no process runs any more."""
+    found = subprocess.run([*find_written(folder), '-user', str(user), '-prune', '-print0', '-o', *_closed(user)],
+                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
+    subprocess.run(['xargs', '-0', '-r', 'rm', '-rf', '--'], input=found.stdout, stderr=subprocess.DEVNULL,
+                   check=False)
+
+
+def find_written(folder: str) -> List[str]:
+    """Return the start of a find(1) below a folder and those of WRITABLE.
+
+    It gets through folders of any depth, as os.walk and shutil do not.
+    """
+    places = dict.fromkeys(map(os.path.realpath, (folder, *WRITABLE)))
+    return ['find', *filter(os.path.isdir, places), '-xdev', '-mindepth', '1']
+
+
+def _closed(user: int) -> List[str]:
+    """Return the expression that leaves out folders in which a user cannot have written."""
+    return ['(', '-type', 'd', '!', '-perm', '-o+w', '!', '-user', str(user), '-prune', ')']
 
 
 def disk_used(numbers: Iterable[int]) -> float:

@@ -13,7 +13,8 @@ from course_grader.isolation import network
 
 LEVELS = NAMESPACE, UID, NONE = 'namespace', 'uid', 'none'  # the strongest one first
 OPTION, REQUIRED = '--isolation', '--require-isolation'
-USERS = range(60_200, 64_000)  # user ids that Debian does not assign
+USERS = range(60_706, 61_184)  # user ids that neither Debian nor systemd assigns (systemd.io/UIDS-GIDS): its homes,
+                               # containers and greeters end at 60705, its dynamic users begin at 61184
 BUBBLEWRAP = 'bwrap'
 TRIAL = ('--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev', '--size',
          '4096', '--tmpfs', '/tmp', '--', 'true')  # all that a grading needs of bubblewrap

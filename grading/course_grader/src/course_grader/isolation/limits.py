@@ -3,6 +3,7 @@
 The kernel enforces most of them (prlimit), for each process; a Meter measures all processes of a program together.
 """
 import argparse
+import contextlib
 import os
 import platform
 import re
@@ -13,6 +14,7 @@ PERIOD = 0.5  # [s] of wall time between two polls of a Meter; if shorter, locks
 NAMESPACE_COUNT = (5, 14)  # the Linux version since which processes are counted per user namespace
 TICKS = os.sysconf('SC_CLK_TCK')  # a second
 PAGE = os.sysconf('SC_PAGE_SIZE')  # [bytes]
+MANY_BUSY = 8  # threads that want a core at the same time, twice in a row; honest samples have at most 3
 HEADROOM = 32  # processes that the kernel allows beyond the limit, so that a Meter can see that it is exceeded
 CPU_ALLOWANCE = 30.0  # [s] of processor time beyond that of the exercise, for imports
 
@@ -83,10 +85,17 @@ class Meter:
         self._limits, self._find, self._disk = limits, find, disk
         self._cpu: Dict[int, float] = {}  # [s] of each process, also of those that have ended
         self._with_children = 0.0  # [s] of the running ones and of their ended children
+        self._was_busy = False  # in the last poll
+        self.greedy = False  # it wanted many cores at a time
 
     def poll(self) -> str:
-        """Return which limit the program has exceeded, or ''."""
+        """Return which limit the program has exceeded, or ''; a greedy program runs only on cores that are idle."""
         numbers = self._find()
+        busy = sum(map(_runnable, numbers)) >= MANY_BUSY
+        self.greedy = self.greedy or busy and self._was_busy
+        self._was_busy = busy
+        if self.greedy:
+            _run_when_idle(numbers)
         if sum(map(_threads, numbers)) >= self._limits.processes:  # with many processes, everything else takes long
             return reason('processes', self._limits.processes)
         times = {number: _cpu_times(number) for number in numbers}
@@ -114,10 +123,10 @@ def of_signal(code: int) -> str:
     return {24: 'cpu', 25: 'file_size'}.get(number, '')  # SIGXCPU, SIGXFSZ
 
 
-def _fields(number: int) -> Sequence[bytes]:
-    """Return the fields of /proc/NUMBER/stat from the third on."""
+def _fields(number: int, below: str = '') -> Sequence[bytes]:
+    """Return the fields of /proc/NUMBER/stat from the third on; of a thread ``below`` its process."""
     try:
-        with open(f'/proc/{number}/stat', 'rb') as file:
+        with open(f'/proc/{below}{number}/stat', 'rb') as file:
             return file.read().rpartition(b')')[2].split()
     except OSError:
         return ()
@@ -133,6 +142,33 @@ def _threads(number: int) -> int:
     return int((_fields(number)[17:18] or [b'0'])[0])
 
 
+def _runnable(number: int) -> int:
+    """Return how many threads of a process run or want a core."""
+    if _threads(number) < MANY_BUSY:
+        return int(_fields(number)[:1] == [b'R'])
+    return sum(int(_fields(int(thread), f'{number}/task/')[:1] == [b'R']) for thread in _thread_ids(number))
+
+
+def _thread_ids(number: int) -> List[str]:
+    try:
+        return os.listdir(f'/proc/{number}/task')
+    except OSError:
+        return []
+
+
+def _run_when_idle(numbers: Collection[int]) -> None:
+    """Give all threads of processes, and so what they will start, the cores that nobody else wants.
+
+    The fault: hundreds of busy processes leave the gradings beside them a hundredth of a core. A cgroup would do the
+    same, but few machines let a program make one. Without privileges, no thread can leave this class.
+    """
+    for number in numbers:
+        for thread in map(int, _thread_ids(number)):
+            with contextlib.suppress(OSError):
+                if os.sched_getscheduler(thread) != os.SCHED_IDLE:
+                    os.sched_setscheduler(thread, os.SCHED_IDLE, os.sched_param(0))
+
+
 def _memory(numbers: Collection[int], limit: float) -> float:
     """Return the memory [MB] of processes; near the limit, shared memory counts once."""
     simple = sum(int((_fields(number)[21:22] or [b'0'])[0]) for number in numbers) * PAGE / MEGABYTE
@@ -146,15 +182,3 @@ def _own_share(number: int) -> float:
             return sum(int(line.split()[1]) for line in file if line.startswith('Pss:')) / 1024
     except OSError:
         return int((_fields(number)[21:22] or [b'0'])[0]) * PAGE / MEGABYTE
-
-
-def folder_size(folder: str) -> float:
-    """Return the size [MB] of all files in a folder."""
-    total = 0
-    for parent, _, names in os.walk(folder):
-        for name in names:
-            try:
-                total += os.lstat(os.path.join(parent, name)).st_blocks * 512
-            except OSError:
-                pass
-    return total / MEGABYTE

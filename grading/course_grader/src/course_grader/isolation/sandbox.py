@@ -17,7 +17,7 @@ import tempfile
 import threading
 import time
 import uuid
-from typing import Any, Callable, Dict, List, Mapping, Optional, Protocol, Sequence, Set, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Protocol, Sequence, Set, Tuple
 
 import psutil
 
@@ -92,6 +92,7 @@ class Sandbox:
                             'PYTHONDONTWRITEBYTECODE': '1'}
         needs_user = os.geteuid() == 0 and isolation.users and isolation.level != levels.NONE
         self._user = confinement.User() if needs_user else None
+        self.user = self._user.number if self._user else None  # user id of the program, if it has its own
         self._program = os.path.join(self.folder, PROGRAM)
         if isolation.level == levels.UID:  # where its user can go
             self._program = tempfile.mkdtemp(prefix='turtle_robotont_', dir=view.temporary())
@@ -110,7 +111,7 @@ class Sandbox:
         shown = view.shown(surroundings, isolation.own)
         if isolation.level != levels.NONE:
             _check_own(command, shown)
-        user = self._user.number if self._user else None
+        user = self.user
         if not inside:
             try:
                 command, surroundings = self._prepare(command, surroundings, shown, user)
@@ -126,8 +127,12 @@ class Sandbox:
         finally:
             os.close(sender)
         self._children.append(process)
-        return Program(process, receiver, inside, isolation.limits, self._program,
+        return Program(process, receiver, inside, isolation.limits, self._disk_used,
                        lambda: self._end_program(psutil.Process(process.pid)))
+
+    def _disk_used(self) -> float:
+        """Return the size [MB] of the files that a program without a file system of its own has written."""
+        return confinement.written(self._program, self.user if self._isolation.level == levels.UID else None)
 
     def _prepare(self, command: Sequence[str], surroundings: Dict[str, str], shown: Sequence[Tuple[str, str]],
                  user: Optional[int]) -> Tuple[Sequence[str], Dict[str, str]]:
@@ -164,11 +169,12 @@ class Sandbox:
     def _end_all(self) -> None:
         if self._user and self._isolation.level == levels.UID:
             confinement.end_user(self._user.number)
+            confinement.remove_written(self._program, self._user.number)
         processes.end(self._alive, END_STAGES)
         for process in self._children:
             process.poll()
         remove_folders(self.folder)
-        shutil.rmtree(self._program, ignore_errors=True)
+        _remove([self._program])
 
     def _alive(self) -> Set[psutil.Process]:
         """Return the processes to end: those with the mark, and all descendants of this one."""
@@ -198,14 +204,15 @@ class Program:
     """An isolated command that was started."""
 
     def __init__(self, process: 'subprocess.Popen[bytes]', report: int, inside: bool, most: limits.Limits,
-                 folder: str, end: Callable[[], object]) -> None:
+                 disk_used: Callable[[], float], end: Callable[[], object]) -> None:
         """``report``: the pipe on which bubblewrap reports its start; ``inside``: whether there is a namespace.
 
-        ``folder``: where the program writes; ``end()`` ends all its processes.
+        ``disk_used()`` returns the size [MB] of what it has written, without a namespace; ``end()`` ends all its
+        processes.
         """
-        self.process, self._inside, self._folder, self._end = process, inside, folder, end
+        self.process, self._inside, self._end = process, inside, end
         self._report, self._status = report, b''
-        self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else self._disk_used)
+        self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else lambda _: disk_used())
         self._most, self._exceeded = most, ''
         threading.Thread(target=self._watch, name='limits', daemon=True).start()
 
@@ -256,14 +263,19 @@ class Program:
         """Return the processor time [s] that its processes have used."""
         return self._meter.cpu()
 
-    def _disk_used(self, _numbers: Any) -> float:
-        return limits.folder_size(self._folder)
+    def greedy(self) -> bool:
+        """Return whether it wanted many cores at a time, and since then gets only those that are idle."""
+        return self._meter.greedy
 
 
 def remove_folders(folder: str) -> None:
     """Remove the folders that a Sandbox has made."""
-    for name in (*FOLDERS.values(), PROGRAM):
-        shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
+    _remove([os.path.join(folder, name) for name in (*FOLDERS.values(), PROGRAM)])
+
+
+def _remove(folders: Sequence[str]) -> None:
+    """Remove folders of any depth: shutil.rmtree ends with a RecursionError."""
+    subprocess.run(['rm', '-rf', '--', *folders], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
 
 
 class Student:
@@ -316,6 +328,10 @@ class Student:
     def cpu(self) -> float:
         """Return the processor time [s] that its processes have used."""
         return self._program.cpu()
+
+    def greedy(self) -> bool:
+        """Return whether it wanted many cores at a time, and since then gets only those that are idle."""
+        return self._program.greedy()
 
     def has_children(self) -> bool:
         """Return whether it has started other processes that still run."""

@@ -12,6 +12,7 @@ import re
 import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
+from course_grader.rules import variants
 from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
@@ -25,6 +26,7 @@ ALLOWED = ('teleport', 'reset', 'kill')
 START: Parameters = {
     'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
     'theta': Parameter('span angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
+SHIFT: Parameters = {axis: Parameter('span length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'drive': {
         'for': Parameter('time', ..., 'how long'),
@@ -70,8 +72,12 @@ KEYS: Parameters = {
     'simulator': Parameter(SIMULATORS, 'turtlesim', 'which simulator runs'),
     'time': Parameter('time', ..., 'the longest time for which the program is observed, in simulated time'),
     'pass': Parameter('number', 80.0, 'the score that passes, 0 to 100'),
+    'vary': Parameter('mapping', {}, 'values that differ from student to student, drawn by their names; `$NAME` stands '
+                      'for one in all texts'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
     'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo'),
+    'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
+                       'drawn by the seed'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
     'checks': Parameter('list', ..., 'what counts'),
@@ -132,28 +138,35 @@ class Exercise(NamedTuple):
     rules: List[ScoredRule]
     symptoms: List[Dict[str, Any]] = []  # {'hint': advice, predicate: value or None}, see symptoms.py
     world: Dict[str, Any] = {}  # what stands around the robot, as in a world file
+    shift: Dict[str, Span] = {}  # {axis: (low, high)} by which it is shifted
+    varies: bool = False  # whether it has values that differ from student to student
 
 
-def load(path: documents.Path) -> Exercise:
-    """Return the Exercise of a file. Raise ExerciseError, or OSError when it cannot be read."""
+def load(path: documents.Path, student: str = '') -> Exercise:
+    """Return the Exercise of a file, for a student if it varies.
+
+    Raise ExerciseError, or OSError when it cannot be read.
+    """
     try:
         content = documents.read_yaml(path)
     except documents.DocumentError as error:
         raise ExerciseError(f'{path}: {error}') from None
     name = re.sub(r'\.ya?ml$', '', str(path).rsplit('/', 1)[-1])
     try:
-        return parse(content, name)
+        return parse(content, name, student)
     except ExerciseError as error:
         lines = str(error).split('\n')
         head = '' if len(lines) == 1 else f'{len(lines)} mistakes\n  '
         raise ExerciseError(f'{path}: {head}' + '\n  '.join(lines)) from None
 
 
-def parse(content: Any, name: str = 'exercise') -> Exercise:
-    """Return the Exercise in what a YAML file holds."""
+def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
+    """Return the Exercise in what a YAML file holds, with the values of a student."""
     problems: List[str] = []
+    content = variants.content_for(content, name, student, problems)
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
+    shift = _fields(values.get('shift', {}), SHIFT, 'shift', problems) if values.get('shift') else {}
     problems += _wrong_world(values)
     rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
     points = sum(made.points for made in rules if made)
@@ -171,7 +184,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms, values['world'])
+                        [one for one in rules if one], symptoms, values['world'], shift, bool(values['vary']))
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -190,7 +203,7 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
 def _wrong_world(values: Dict[str, Any]) -> List[str]:
     """Return the problems of the world, as texts."""
     if not values.get('world'):
-        return []
+        return ['shift needs a world'] if values.get('shift') else []
     if values.get('simulator') != 'robotont':
         return ['world needs simulator: robotont']
     try:

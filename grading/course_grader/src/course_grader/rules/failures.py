@@ -54,8 +54,9 @@ def _undefined(match: Match[str], _source: str) -> str:
         return f'{name} is used, but not imported: `from {PACKAGES[name]} import {name}`'
     if name in MODULES:
         return f'{name} is used, but not imported: `import {name}` at the top'
-    if match[2]:
-        return f'the name {name} is used, but nothing has it: did you mean {match[2]}?'
+    meant = match[2] or next((known for known in PACKAGES if known.lower() == name.lower()), '')
+    if meant:
+        return f'the name {name} is used, but nothing has it: did you mean {meant}?'
     return f'the name {name} is used, but nothing has it: check its spelling, and where it gets a value'
 
 
@@ -201,6 +202,8 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No module named '([\w.]+)'", _no_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _not_in_module),
     (r"attempted relative import", 'import without a leading dot: `import NAME`'),
+    (r"Cannot locate node of type \[(\S+)\] in package \[(\w+)\]", 'roslaunch finds no program {0} in the package {1}: '
+     'check the spelling, and make it executable by chmod +x {0}'),
     (r"time is not initialized|never started a node|init_node\(\) (?:must|has to)|before init_node",
      'call rospy.init_node before everything else of rospy'),
     (r"init_node\(\) has already been called", 'call rospy.init_node only once in a program'),

@@ -14,12 +14,17 @@ simulator: turtlesim  # or robotont
 time: 30 s  # of simulated time; a program that is done earlier is graded earlier
 pass: 80  # the score from 0 to 100 that passes
 
+# Values that differ from student to student. Their names draw them; $goal stands for this one in all texts:
+# vary: {goal: 8 to 10 m}
+
 # Where the turtle starts. Each grading draws it from these spans, so that no program can know it.
 start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 
 # What stands around the Robotont, as in the world files of robotont_gazebo:
 # world:
 #   boxes: [{name: box, x: 2.4, y: 0.0, yaw: 0.0, length: 1.0, width: 1.0, height: 1.0, colour: grey}]
+# By how much all this is shifted with each seed, so that a program has to look where it is:
+# shift: {y: -0.3 to 0.3 m}
 
 # Shortcuts that are allowed: teleport, reset, kill. By default none is.
 allows: []

@@ -51,13 +51,16 @@ def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
     pauses = [after - command.t for command, after in zip(observed.commands, times[1:])
               if max(map(abs, command[1:4])) > STANDING]
     watchdog = WATCHDOG[exercise.simulator]
+    if any(rule.name == 'commands' and rule.parameters['rate'] != ANY and rule.parameters['rate'][1] * watchdog < 1.0
+           for rule in exercise.rules):
+        return  # that is what the task asks for
     if pauses and 2 * sum(pause > WATCHDOGS * watchdog for pause in pauses) >= len(pauses):
         yield (f'it sends a velocity and waits, but after {watchdog:g} s without a command the vehicle stops: publish '
                'again and again in a loop, with rate.sleep(), ten times per second')
 
 
 def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """Velocities that are swapped, or in degrees."""
+    """Velocities that are swapped, in degrees, or of the wrong sign."""
     if not observed.commands:
         return
     linear = statistics.median(command.linear_x for command in observed.commands)
@@ -70,6 +73,20 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
         yield from _rated(wanted.rate, observed)
+    else:
+        yield from _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
+        yield from _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
+
+
+def _other_velocity(name: str, value: float, limits: Tuple[float, float], meaning: str) -> Iterator[str]:
+    """A velocity that is 0 or has the wrong sign."""
+    other = {'linear.x': 'y and z of linear', 'angular.z': 'x and y of angular'}[name]
+    if within(value, limits):
+        return
+    if abs(value) < STANDING:
+        yield f'{name} is 0: it is {meaning}; {other} do not do that'
+    elif within(-value, limits):
+        yield f'{name} is {value:.2g}, which has the wrong sign: it is {meaning}'
 
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
@@ -120,6 +137,7 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                else 'sides of {0:.1f} m, and not of {1}: they are as long as linear.x times its time')
         yield f'the {wanted.shape} has ' + how.format(shape.size, written(wanted.size, 'm'))
     elif (observed.timed_out and observed.exit_code is None and observed.standstill() < rules_driving.MOVING
+          and not _at_wall(observed)
           and 0.0 < length < 2.0 * (fits.SHAPES[wanted.shape].sides or 3) * least):
         yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
                'not complete: drive faster')
@@ -169,11 +187,23 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
 
 
 def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """The wrong turtle drives."""
+    """The wrong turtle drives, or the right one stands, drives backward, or never turns."""
     driven = sorted(name for name, role in observed.connections if role == 'publishes' and name.endswith('/cmd_vel'))
     if driven and f'/{wanted.turtle}/cmd_vel' not in driven:
         yield (f'it publishes {driven[0]}, but it is {wanted.turtle} that has to drive: publish on '
                f'/{wanted.turtle}/cmd_vel')
+        return
+    track = observed.turtles.get(wanted.turtle, [])
+    steps = [(b.x - a.x) * math.cos(a.theta) + (b.y - a.y) * math.sin(a.theta) for a, b in zip(track, track[1:])]
+    forward, backward = (sum(sign * step for step in steps if sign * step > 0.0) for sign in (1.0, -1.0))
+    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(track, track[1:]))
+    if track and forward + backward < SHORT:
+        yield (f'{wanted.turtle} hardly moves: linear.x of /{wanted.turtle}/cmd_vel is its speed forward; print what '
+               'it is computed from, and whether the subscribers get poses or transforms')
+    elif backward > forward:
+        yield f'{wanted.turtle} drives backward: linear.x has to be positive, such as the distance'
+    elif track and turned < TURNED_WELL:
+        yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
 
 
 def _at_wall(observed: Observed) -> bool:

@@ -12,6 +12,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import Span
 
 Position = Tuple[float, float, float]
+SHIFTED = 'panels', 'boxes', 'cylinders'  # lists of a world
 
 LEG = 2.0  # [s] for which a drawn velocity lasts
 ORDERS = range(3, 8)  # of Fibonacci numbers
@@ -29,6 +30,27 @@ def start(exercise: Exercise, seed: int) -> Dict[str, float]:
     limits = {**dict.fromkeys('xy', MIDDLE_OF_ARENA if exercise.simulator == 'turtlesim' else (0.0, 0.0)),
               **exercise.start}
     return {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
+
+
+def shifted(exercise: Exercise, seed: int) -> Exercise:
+    """Return an exercise whose world, and the points that its checks ask for, are shifted as the seed says."""
+    if not exercise.shift:
+        return exercise
+    numbers = random.Random(~seed)  # others than those of the start
+    by = {axis: round(numbers.uniform(*exercise.shift[axis]), 2) for axis in 'xy'}  # so that a report reads well
+    world = {kind: [_moved(thing, by) for thing in things] if kind in SHIFTED else things
+             for kind, things in exercise.world.items()}
+    rules = [rule._replace(parameters=_moved(rule.parameters, by)) if rule.name in ('stops', 'passes') else rule
+             for rule in exercise.rules]
+    return exercise._replace(world=world, rules=rules)
+
+
+def _moved(thing: Mapping[str, Any], by: Mapping[str, float]) -> Dict[str, Any]:
+    """Return a thing of a world, or the parameters of a check, moved; its path [[t, x, y, yaw], ...], too."""
+    moved = {**thing, **{axis: round(thing[axis] + by[axis], 6) for axis in 'xy' if thing.get(axis) is not None}}
+    if 'path' in moved:
+        moved['path'] = [[t, x + by['x'], y + by['y'], *rest] for t, x, y, *rest in moved['path']]
+    return moved
 
 
 def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:

@@ -2,7 +2,7 @@
 import textwrap
 from typing import Any, Dict, List, NamedTuple, Tuple
 
-from course_grader.rules.exercise import KEYS, MEANINGS, OF_A_CHECK, OF_A_SYMPTOM, START, STIMULI
+from course_grader.rules.exercise import KEYS, MEANINGS, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
 from course_grader.rules.judging import ANY, Kind, Parameters
 from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
@@ -55,7 +55,7 @@ def markdown(section: str) -> str:
 def text() -> str:
     """Return everything for a terminal."""
     parts = ['An exercise file is YAML. These are its keys:', _table(KEYS),
-             'start: {...} may have', _table(START),
+             'start: {...} may have', _table(START), 'shift: {...} may have', _table(SHIFT),
              'Each entry of checks is {check: NAME, ...} with the parameters of the check and', _table(OF_A_CHECK)]
     for section, (_, entries) in SECTIONS.items():
         parts.append(f'{section.upper()}\n' + '-' * len(section))
@@ -96,7 +96,7 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if default == ANY:
         return 'any'
     if default is None:
-        words = {'coordinate': 'not checked', 'value': 'any', 'pattern': 'any', 'check': 'any'}
+        words = {'coordinate': 'not checked', 'number': 'any', 'value': 'any', 'pattern': 'any', 'check': 'any'}
         return words.get(str(kind), 'the middle')
     if isinstance(default, bool):
         return str(default).lower()

@@ -37,7 +37,8 @@ RULES: Dict[str, Rule] = {
                           'ahead: the distance of stimulus distances; marker ahead, marker left: where the marker is'),
         'value': Parameter('coordinate', ..., 'what it should be'),
         'tolerance': Parameter('length', 0.1, 'how far off it may be'),
-        'last': Parameter('time', 5.0, 'how long at the end; the share of that time counts')}),
+        'last': Parameter('time', 5.0, 'how long at the end; the share of that time counts'),
+        'swings': Parameter('number', None, 'how often linear.x may change its sign; no points beyond it')}),
     'positions': Rule(rules_driving.positions, {
         'count': Parameter('integer', ..., 'how many'),
         'apart': Parameter('length', 0.5, 'positions closer than this count as one'),

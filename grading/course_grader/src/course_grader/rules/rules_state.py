@@ -10,6 +10,7 @@ from course_grader.rules.observation import QUANTITIES, Observed, Transform
 MAX_DELAY = 0.3  # [s] between a transform and its pose
 MAX_TURN = 0.15  # [rad] between the headings of transform and vehicle; in MAX_DELAY it turns by less than 0.3
 MAX_STEP = 0.5  # [m] between two poses of a driven turtle, even if poses are late
+STANDING = 1e-3  # [m/s] below it, a command neither drives forward nor backward
 STAY_TIME = 1.0  # [s] at the end for which a turtle must be beside turtle1
 
 
@@ -81,10 +82,20 @@ def keeps(observed: Observed, wanted: SimpleNamespace) -> Result:
     late = [value for t, value in values if t >= values[-1][0] - wanted.last]
     if not late:
         return Result(0.0, asked, 'the program subscribes to no sensor')
+    swings = _swings(observed)
+    if wanted.swings is not None and swings > wanted.swings:
+        return Result(0.0, f'{asked}, with at most {wanted.swings:g} changes between forward and backward',
+                      f'{swings} changes between forward and backward')
     near = sum(abs(value - wanted.value) <= wanted.tolerance for value in late)
     known = [value for value in late if not math.isnan(value)]
     between = f'{min(known):.2f} to {max(known):.2f} m' if known else 'unknown, as it is too near'
     return Result(near / len(late), asked, f'{what} by {between}; {near / len(late):.0%} of the time within')
+
+
+def _swings(observed: Observed) -> int:
+    """Return how often the commands change between forward and backward."""
+    speeds = [command.linear_x for command in observed.commands if abs(command.linear_x) > STANDING]
+    return sum(a * b < 0.0 for a, b in zip(speeds, speeds[1:]))
 
 
 def spawns(observed: Observed, wanted: SimpleNamespace) -> Result:

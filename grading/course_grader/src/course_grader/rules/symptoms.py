@@ -96,18 +96,28 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
-                 *_waits(exercise, observed, lost),
-                 *(hint for hints in by_check.values() for hint in hints), *_listed(exercise, seen, explained)]
+                 *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
     return found
 
 
-def _listed(exercise: Exercise, seen: Seen, explained: Set[str]) -> Iterator[str]:
-    """Return the hints of the exercise file, the first one of each check that is not ``explained`` yet."""
+def _ordered(exercise: Exercise, by_check: Dict[str, List[str]], listed: Dict[str, List[str]]) -> Iterator[str]:
+    """Return the hints of both, in the order of the checks: what a program commands explains the path that it drives.
+
+    Those that belong to no check come last.
+    """
+    for check in (*dict.fromkeys(rule.name for rule in exercise.rules), ''):
+        yield from (*by_check.get(check, ()), *listed.get(check, ()))
+
+
+def _listed(exercise: Exercise, seen: Seen, explained: Set[str]) -> Dict[str, List[str]]:
+    """Return {check: hints} of the exercise file, the first one of each check that is not ``explained`` yet."""
+    found: Dict[str, List[str]] = {}
     for symptom in exercise.symptoms:
         values = {name: value for name, value in symptom.items() if name != 'hint' and value not in (None, ANY)}
         if values.get('lost') not in explained and all(PREDICATES[name](seen, value) for name, value in values.items()):
-            yield symptom['hint']
+            found.setdefault(values.get('lost', ''), []).append(symptom['hint'])
             explained = explained | {values.get('lost', '')} - {''}
+    return found
 
 
 def _common(said: str, observed: Observed) -> Iterator[str]:
@@ -150,8 +160,8 @@ def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
     if any(check in lost for check in MOTION) and observed.commands and all(
             abs(value) < path_mistakes.STANDING for command in observed.commands
             for value in (command.linear_x, command.linear_y, command.angular_z)):
-        yield ('all velocities that it sends are 0: print what they are computed from; // and int() make a whole '
-               'number, and a condition may never be true')
+        yield ('all velocities that it sends are 0: only linear.x, linear.y and angular.z move it; print what they are '
+               'computed from: // and int() make a whole number, and a condition may never be true')
 
 
 def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:

@@ -20,7 +20,7 @@ import psutil
 
 from course_grader.formats import report
 from course_grader.isolation import sandbox
-from course_grader.rules import scoring
+from course_grader.rules import random_stimuli, scoring
 from course_grader.rules.observation import Observed
 from course_grader.supervision.job import RECORD, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
@@ -192,6 +192,7 @@ class Supervisor:
         """
         os.makedirs(job.output, exist_ok=True)
         remove_results(job.output)
+        job = job._replace(exercise=random_stimuli.shifted(job.exercise, job.seed))
         got = self._grade(job, limit, say)
         report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed,
                      job.isolation.level, got.remarks)

@@ -1,0 +1,84 @@
+"""Kinds of mistakes, which a program makes in every right sample: what one line says is left out, swapped or misnamed.
+
+Each kind changes a text at most once and says which hint names the cause. A change that leaves a program right, as an
+equivalent one does, tells nothing about hints.
+"""
+import re
+from typing import Callable, Dict, NamedTuple, Optional
+
+NUMBER = r'-?\d+(?:\.\d+)?'
+
+
+class Kind(NamedTuple):
+    """A kind of mistake: ``change(text)`` returns the wrong program, or the same text if it does not apply.
+
+    ``hint``: a pattern that the right hint contains.
+    """
+
+    change: Callable[[str], str]
+    hint: str
+
+
+def _first(pattern: str, new: str, flags: int = re.MULTILINE) -> Callable[[str], str]:
+    return lambda text: re.sub(pattern, new, text, count=1, flags=flags)
+
+
+def _last(pattern: str, new: str) -> Callable[[str], str]:
+    def change(text: str) -> str:
+        found = list(re.finditer(pattern, text, re.MULTILINE))
+        return text[:found[-1].start()] + found[-1].expand(new) + text[found[-1].end():] if found else text
+    return change
+
+
+def _negated(part: str) -> Callable[[str], str]:
+    """Negate the first value that is set to ``part`` and is not 0."""
+    return _first(rf'(\b{part} = )(?!0(?:\.0)?\s*$)(.+)$', r'\1-(\2)')
+
+
+def _swapped_speeds(text: str) -> str:
+    return re.sub(r'\b(linear\.x|angular\.z)( = )', lambda match: {
+        'linear.x': 'angular.z', 'angular.z': 'linear.x'}[match[1]] + match[2], text)
+
+
+def _without_import(name: str) -> Callable[[str], str]:
+    """Leave a name out of the line that imports it."""
+    return _first(rf'^(from [\w.]+ import )(?:{name}$|{name}, |(.*), {name}\b)', lambda match: (
+        '' if match[0].endswith(f'import {name}') else match[1] + (match[2] or '')))
+
+
+KINDS: Dict[str, Kind] = {
+    'no parentheses after sleep': Kind(_last(r'rate\.sleep\(\)', 'rate.sleep'), r'parentheses call it'),
+    'no sleep in the loop': Kind(_last(r'^ +rate\.sleep\(\)\n', ''), r'sleep|pause|Rate'),
+    'no spin': Kind(_first(r'^ *rospy\.spin\(\)\n?', ''), r'rospy\.spin'),
+    'no init_node': Kind(_first(r'^( *)rospy\.init_node\(.*\)$', r'\1pass'), r'init_node'),
+    'no publish': Kind(_first(r'^( +)\w+\.publish\(.*\)$', r'\1pass'), r'publish'),
+    'no subscriber': Kind(_first(r'^( *)rospy\.Subscriber\(.*\)$', r'\1pass'), r'[Ss]ubscri|callback'),
+    'no import of Twist': Kind(_without_import('Twist'), r'Twist is used, but not imported'),
+    'no import of math': Kind(_first(r'^import math\n', ''), r'math is used, but not imported'),
+    'lower-case Twist': Kind(_first(r'\bTwist\(\)', 'twist()'), r'Twist'),
+    'callback called': Kind(_first(r'(rospy\.Subscriber\([^,\n]+, \w+, )(\w+)\)', r'\1\2())'), r'without parentheses'),
+    'no colon': Kind(_first(r'^( *while .*):$', r'\1'), r'colon'),
+    'bracket left open': Kind(_first(r'(rospy\.Publisher\(.*)\)$', r'\1'), r'bracket'),
+    'indented by one': Kind(_first(r'^(    )(\w.*\.publish\(.*)$', r'\1 \2'), r'four blanks'),
+    'name of the topic': Kind(_first(r"(['\"])/?turtle1/cmd_vel\1", r'\1/turtle/cmd_vel\1'), r'did you mean /turtle1/'),
+    'name of the robot\'s topic': Kind(_first(r"(['\"])/cmd_vel\1", r'\1/cmdvel\1'), r'did you mean /cmd_vel'),
+    'capital letter of a part': Kind(_first(r'\blinear\.x\b', 'linear.X'), r'has no field|no attribute|linear\.x'),
+    'misspelt part': Kind(_first(r'\bangular\.z\b', 'angular.theta'), r'has no field|no attribute|angular\.z'),
+    'linear backward': Kind(_negated(r'linear\.x'), r'backward|wrong way|sign|away|positive|negative|forward'),
+    'turns to the other side': Kind(_negated(r'angular\.z'), r'left|right|sign|away|angular\.z|opposite|atan2'),
+    'speeds swapped': Kind(_swapped_speeds, r'swapped|linear\.x|angular\.z|never turns'),
+    'angular x instead of z': Kind(_first(r'\bangular\.z = ', 'angular.x = '), r'angular\.z'),
+    'linear y instead of x': Kind(_first(r'\blinear\.x = ', 'linear.y = '), r'linear\.x'),
+    'degrees': Kind(_first(r'\bmath\.pi / 2\b', '90'), r'radians'),
+    'x and y swapped': Kind(_first(r'\b(pose|position|data|message)\.x, \1\.y\b', r'\1.y, \1.x'),
+                            r'\bx\b.*\by\b|atan2'),
+    'a response is not returned': Kind(_first(r'^( +)return (\w+Response\(.*\))$', r'\1\2'), r'return a response'),
+    'Python 2': Kind(_first(r'^( +)print\((.*)\)$', r'\1print \2'), r'Python 2'),
+    'text instead of a number': Kind(_first(rf'(linear\.x = )({NUMBER})$', r"\1'\2'"), r'text|number|type'),
+}
+
+
+def mutate(kind: str, text: str) -> Optional[str]:
+    """Return a program with this kind of mistake, or None if it does not apply to it."""
+    changed = KINDS[kind].change(text)
+    return changed if changed != text else None

@@ -1,0 +1,88 @@
+"""Scores and comments that a teacher gives by hand, in the file MARKS of the output folder, which no run changes.
+
+Without ROS.
+"""
+import csv
+import difflib
+import os
+from typing import Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from course_grader.classes.graded import MARKS, Graded
+from course_grader.rules import scoring
+
+REQUIRED, COLUMNS = ('student', 'exercise'), ('student', 'exercise', 'score', 'verdict', 'comment')
+PASSES = 80.0  # score that passes, unless the mark says the verdict
+Place = Tuple[str, str]  # student, exercise
+
+
+class MarksError(ValueError):
+    """The file cannot be used; the text says what is wrong, in which line, and what is allowed."""
+
+
+class Mark(NamedTuple):
+    """What is given by hand; None or '': it stays as graded."""
+
+    score: Optional[float] = None
+    verdict: str = ''
+    comment: str = ''
+
+
+def read(folder: str) -> Dict[Place, Mark]:
+    """Return {(student, exercise): Mark}, {} without a file; raise MarksError or OSError."""
+    path = os.path.join(folder, MARKS)
+    if not os.path.isfile(path):
+        return {}
+    try:
+        with open(path, encoding='utf-8-sig', newline='') as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            wrong = [name for name in reader.fieldnames or () if name not in COLUMNS]
+            missing = [name for name in REQUIRED if name not in (reader.fieldnames or ())]
+            if wrong or missing:
+                raise MarksError(f'{path}: the first line names the columns, separated by commas, of '
+                                 f'{", ".join(COLUMNS)}; ' + (f'it has {wrong[0]!r}' if wrong else
+                                                              f'it lacks {missing[0]}'))
+            return {(row['student'], row['exercise']): _mark(row, f'{path}, line {reader.line_num}') for row in reader}
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise MarksError(f'{path} is not CSV in UTF-8: {error}') from None
+
+
+def _mark(row: Dict[str, str], where: str) -> Mark:
+    if None in row or None in row.values():
+        raise MarksError(f'{where}: it has another number of columns than the first line; a comment with a comma '
+                         'stands in quotation marks')
+    text, verdict = (row.get('score') or '').strip(), (row.get('verdict') or '').strip()
+    try:
+        score = float(text) if text else None
+    except ValueError:
+        score = -1.0
+    if score is not None and not 0.0 <= score <= 100.0:
+        raise MarksError(f'{where}: the score is {text!r}; it must be a number from 0 to 100, with a point')
+    if verdict not in ('', *scoring.DECIDED):
+        raise MarksError(f'{where}: the verdict is {verdict!r}; it must be {" or ".join(scoring.DECIDED)}, or empty')
+    return Mark(score, verdict, (row.get('comment') or '').strip())
+
+
+def apply(results: Sequence[Graded], marks: Dict[Place, Mark]) -> Tuple[List[Graded], List[str]]:
+    """Return the results with the marks, and texts about marks without a submission."""
+    given = [_applied(one, marks[place]) if place in marks else one for one in results
+             for place in [(one.submission.student, one.submission.exercise)]]
+    known = {(one.submission.student, one.submission.exercise) for one in results}
+    return given, [f'{MARKS}: {"/".join(place)} has not been handed in{_meant(place, known)}'
+                   for place in marks if place not in known]
+
+
+def _meant(place: Place, known: Collection[Place]) -> str:
+    close = difflib.get_close_matches('/'.join(place), ['/'.join(other) for other in known], 1)
+    return f'. Did you mean {close[0]}?' if close else ''
+
+
+def _applied(one: Graded, mark: Mark) -> Graded:
+    verdict = one.verdict
+    score = verdict.score if mark.score is None else mark.score
+    outcome = mark.verdict or verdict.outcome
+    if mark.score is not None and not mark.verdict:
+        outcome = scoring.PASSED if score >= PASSES else scoring.FAILED
+    before = f'{verdict.score:g}' if verdict.outcome in scoring.DECIDED else verdict.outcome
+    changed = f'{score:g} of 100 instead of {before}' if mark.score is not None else mark.verdict
+    told = 'by hand: ' + ': '.join(filter(None, (changed, mark.comment)))
+    return one._replace(verdict=verdict._replace(outcome=outcome, score=score, objections=[told, *verdict.objections]))

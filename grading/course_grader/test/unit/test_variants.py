@@ -1,0 +1,74 @@
+"""Values that differ from student to student: drawn by the name, filled into all texts, and mistakes named."""
+import pytest
+import yaml
+
+from course_grader import cli
+from course_grader.classes import grade_all
+from course_grader.rules import exercise
+
+TEXT = """
+title: Stop at x = $goal
+asks: Write a node that stops the turtle at x = $goal, at $speed.
+time: 45 s
+vary: {goal: 8 to 10 m, speed: 0.40 to 0.80 m/s}
+checks:
+  - {check: commands, points: 20, linear: at most $speed}
+  - {check: stops, points: 80, x: $goal}
+symptoms:
+  - {lost: stops, hint: publish zero at x = $goal}
+"""
+
+
+def of(student, text=TEXT):
+    return exercise.parse(yaml.safe_load(text), 'stop', student)
+
+
+def test_a_student_has_the_same_values_everywhere_and_others_have_others():
+    anna = of('Anna Berg')
+    goal = anna.rules[1].parameters['x']
+    assert 8.0 <= goal <= 10.0 and goal == round(goal, 1) and anna.varies
+    assert f'{goal:g} m' in anna.title and f'x = {goal:g} m, at ' in anna.asks
+    assert anna.symptoms[0]['hint'] == f'publish zero at x = {goal:g} m'
+    assert 0.4 <= anna.rules[0].parameters['linear'][1] <= 0.8
+    assert of(' anna  BERG') == anna
+    assert len({of(f'student {number}').rules[1].parameters['x'] for number in range(100)}) > 10
+
+
+@pytest.mark.parametrize('old, new, said', [
+    ('goal: 8 to 10 m', 'goal: 8 m', 'vary: goal: "8 m" must be a span with a unit, such as "8 to 10 m"'),
+    ('goal: 8 to 10 m', 'goal: 8 to 10 parsec', 'must be a span with a unit'),
+    ('goal: 8 to 10 m', 'goal: 10 to 8 m', 'starts above its end'),
+    ('{goal: 8 to 10 m, speed: 0.40 to 0.80 m/s}', '5', 'vary is 5; it must be a mapping'),
+    ('x: $goal', 'x: $gaol', '$gaol stands in the exercise, but not in vary'),
+    ('vary: {', 'vary: {more: 1 to 2 m, ', 'vary has more, but $more stands nowhere')])
+def test_mistakes_are_named(old, new, said):
+    with pytest.raises(exercise.ExerciseError) as error:
+        of('anna', TEXT.replace(old, new))
+    assert said in str(error.value).replace("'", '"')
+
+
+def test_the_sheet_tells_a_student_the_task(tmp_path, capsys):
+    (tmp_path / 'stop.yaml').write_text(TEXT)
+    assert cli.main(['--sheet', 'Anna Berg', str(tmp_path / 'stop.yaml')]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith('Anna Berg\n') and ' '.join(of('Anna Berg').asks.split()) in ' '.join(printed.split())
+    assert cli.main(['--sheet', 'Anna Berg', str(tmp_path / 'none.yaml')]) == 2
+
+
+def test_a_single_grading_asks_for_the_name(tmp_path, capsys):
+    (tmp_path / 'stop.yaml').write_text(TEXT)
+    (tmp_path / 'a.py').write_text('')
+    assert cli.main([str(tmp_path / 'stop.yaml'), '--', str(tmp_path / 'a.py')]) == 2
+    assert 'differ from student to student: add --student NAME' in capsys.readouterr().err
+
+
+def test_in_a_class_each_submission_has_its_own(tmp_path, monkeypatch):
+    (tmp_path / 'stop.yaml').write_text(TEXT)
+    for student in ('Anna Berg', 'Ben Li'):
+        (tmp_path / student).mkdir()
+        (tmp_path / student / 'stop.py').write_text('')
+    works = []
+    monkeypatch.setattr(grade_all, '_grade', lambda options, left: (works.extend(left), ([], False))[1])
+    grade_all.main([str(tmp_path), '--output', str(tmp_path / 'out')], {}, exercise.load)
+    assert [work.exercise for work in works] == [of('Anna Berg'), of('Ben Li')]
+    assert [work.repeat[3:5] for work in works] == [('--student', 'Anna Berg'), ('--student', 'Ben Li')]
