@@ -25,6 +25,10 @@ double correlation(const float* values, const float* drawing, const float* share
 // Whether the code of a candidate is one that dark things look like by chance
 bool is_plain(const Features& f, const Thresholds& limit) { return f.edges <= limit.PLAIN_EDGES; }
 
+double surplus_of(const Features& f, const Thresholds& limit) {
+    return f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
+}
+
 const Demand& demand(const Features& f, const Thresholds& limit, const char* (&names)[3]) {
     struct Choice {
         const Demand& demand;
@@ -109,8 +113,8 @@ Shortfall alvar::unpromising(const double* h, double blur, std::int64_t level, d
 Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
     const char* names[3];
     const Demand& asked = demand(f, limit, names);
-    const double surplus = f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
-    if (!is_plain(f, limit) && f.fit > limit.SURE.fit && surplus > limit.SURE.surplus && f.detail > limit.SURE.detail)
+    const double surplus = surplus_of(f, limit);
+    if (is_sure(f, limit))
         // of bent paper only the middle agrees with the drawing
         return first_missed({above("SURE_KEPT", f.kept, limit.SURE_KEPT),
                              above("SURE_OUTSIDE", f.outside, limit.SURE_OUTSIDE)});
@@ -120,6 +124,11 @@ Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
                           {"MIN_OUTSIDE", f.outside, limit.MIN_OUTSIDE}},
                          above(names[0], f.fit, asked.fit), above(names[1], surplus, asked.surplus),
                          above(names[2], f.detail, asked.detail)});
+}
+
+bool alvar::is_sure(const Features& f, const Thresholds& limit) {
+    return !is_plain(f, limit) && f.fit > limit.SURE.fit && surplus_of(f, limit) > limit.SURE.surplus
+           && f.detail > limit.SURE.detail;
 }
 
 bool alvar::may_be_covered(const Features& f, const Thresholds& limit) {

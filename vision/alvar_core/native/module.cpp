@@ -434,6 +434,7 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
     m.def("shortfall", [](const Features& f, const Thresholds& limit) { return shortfall_of(shortfall(f, limit)); },
           py::kw_only(), "features"_a, "limit"_a);
     m.def("may_be_covered", &may_be_covered, py::kw_only(), "features"_a, "limit"_a);
+    m.def("is_sure", &is_sure, py::kw_only(), "features"_a, "limit"_a);
     m.def(
         "unpromising",
         [](const Doubles& h, double blur, std::int64_t level, double likeness, int cells, const Thresholds& limit) {

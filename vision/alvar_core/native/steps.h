@@ -152,6 +152,8 @@ struct Appearance {
 // What a candidate misses; nothing for a marker
 Shortfall shortfall(const Features& f, const Thresholds& limit);
 bool may_be_covered(const Features& f, const Thresholds& limit);
+// Whether its code is no chance
+bool is_sure(const Features& f, const Thresholds& limit);
 // What an aligned candidate misses before its cells are read
 Shortfall unpromising(const double* h, double blur, std::int64_t level, double likeness, int cells,
                       const Thresholds& limit);

@@ -69,6 +69,11 @@ def may_be_covered(f: Features, fit: float) -> bool:
     return bool(native.steps.may_be_covered(features=_compiled(f._replace(fit=fit)), limit=native.limit))
 
 
+def is_sure(f: Features) -> bool:
+    """Return whether the code of a candidate is no chance: what was read with its corners elsewhere is a marker."""
+    return bool(native.steps.is_sure(features=_compiled(f), limit=native.limit))
+
+
 def unpromising(state: Alignment, m: int, likeness: float, cells: int) -> Shortfall | None:
     """Return the first threshold that aligned marker ``m`` misses before its cells are read, as ``shortfall`` does."""
     found: Shortfall | None = native.steps.unpromising(

@@ -30,7 +30,7 @@ from alvar_core.detection import acceptance, candidates, homography, pose, strip
 from alvar_core.detection.acceptance import Appearance, Ended, Features, Shortfall, may_be_covered, unpromising
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
-from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.corners import CornerEstimator, corners_seen
 from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.light import MOST_AGAIN, Evidence, Response
@@ -40,6 +40,11 @@ from alvar_core.detection.search import Search
 from alvar_core.detection.uneven_light import Found, UnevenLight, free_of
 
 MARGINS = range(1, 11)  # [cells]
+
+NO_SQUARE = ('its corners are those of no flat square, by {:.1%} of its side: is the lens as K and D of camera_info say, '
+             'and the paper flat?')
+NO_PAPER = ('its edges are those of no flat, bent or creased paper: is the lens as K and D of camera_info say, and '
+            'the paper not crumpled?')
 
 
 def checked_size(size: float) -> float:
@@ -290,12 +295,34 @@ class Detector:
                 limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
                 sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit,
                                            image.light)
-                detection.doubtful = odd or sheet is None and bow > thresholds.MAX_BOW
                 if sheet is None:
-                    continue
-                if abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
-                        or sheet.doubtful and bow > thresholds.MIN_BOW:
+                    unknown = odd or bow > thresholds.MAX_BOW
+                elif not sheet.doubtful and abs(sheet.bend) > thresholds.MIN_BEND:
                     _bend(detection, sheet, image.camera)
+                    unknown = False
+                else:  # the corners are where they are seen, whatever the paper's shape is
+                    unknown = odd or sheet.doubtful and bow > thresholds.MIN_BOW
+                if unknown:
+                    detection.doubtful, detection.reason = True, detection.reason or NO_PAPER
+                    self._measure_seen(image, detection)
+                elif sheet is not None:
+                    detection.doubtful, detection.reason = False, ''
+
+    def _measure_seen(self, image: PreparedImage, detection: Detection) -> None:
+        """Change the Detection of a marker of unknown shape: measure each of its corners alone."""
+        cell = detection.side / self.cells
+        reach = [max(int(share * cell), 2) for share in thresholds.CORNER_REACHES]
+        corners = corners_seen(image.light.of(image.grey), detection.corners, reach)
+        if np.linalg.norm(corners - detection.corners, axis=1).max() > thresholds.MAX_CORNER_MOVE * cell:
+            return
+        size = self.sizes.get(detection.id, self.size)
+        solutions = pose.solve(image.camera.to_ideal(corners)[None], [size], image.camera)[0]
+        if solutions:
+            best = solutions[0]
+            detection.corners, detection.information, detection.solutions = corners, None, solutions
+            detection.rotation, detection.position, detection.error = best.rotation, best.position, best.error
+            detection.ambiguity, detection.ambiguous = pose.ambiguity(solutions)
+            detection.forget_size()
 
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
         """Return a Detection, measured again by the edges of its cells if its greys do not fit the drawing."""
@@ -320,13 +347,14 @@ class Detector:
         solutions = pose.solve(corners[None], [size], image.camera, information[None])[0]
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
         side = float(homography.mean_side(real[None])[0])
-        if not solutions or solutions[0].error > thresholds.MAX_POSE_ERROR * side:
+        sure = found.fit > thresholds.SURE.fit and found.surplus > thresholds.SURE.surplus
+        if _misses_pose(solutions, side) and not (sure and solutions):
             self._end(real, _missed_by_pose(solutions, side), found.word)
             return None
         share, ambiguous = pose.ambiguity(solutions)
         best = solutions[0]
-        return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
-                         solutions, None, information, thin_margin=found.thin)
+        return _doubted(Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous,
+                                  best.error, solutions, None, information, thin_margin=found.thin))
 
     def _by_rim(self, image: PreparedImage, h: Floats, level: Integers, cell: Floats) -> _Start:
         """Align the black border alone and read the cells; leave out markers that could not be read."""
@@ -494,7 +522,7 @@ class Detector:
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:
-        """Return the Detections of the accepted markers whose pose fits their corners."""
+        """Return the Detections of the accepted markers whose pose fits their corners, or whose code is sure."""
         if not found:
             return []
         which = np.array([each.place for each in found])
@@ -511,7 +539,8 @@ class Detector:
         sides = np.sqrt(homography.area(real))
         out = []
         for m, solutions in enumerate(pose.solve(corners, sizes, image.camera, information)):
-            if solutions and solutions[0].error < thresholds.MAX_POSE_ERROR * sides[m]:
+            sure = acceptance.is_sure(found[m].features)
+            if solutions and (sure or not _misses_pose(solutions, sides[m])):
                 out.append(_detection(found[m].reading.content.value, real[m], solutions, found[m].features,
                                       information[m]))
             else:
@@ -524,6 +553,19 @@ def _read(features: Features, reading: Reading) -> Features:
     return features._replace(fit=reading.fit, gap=reading.gap, edges=reading.edges)
 
 
+def _misses_pose(solutions: Sequence[pose.Solution], side: float) -> bool:
+    """Return whether no pose agrees with the corners of a marker that is ``side`` [px] wide."""
+    return not solutions or not solutions[0].error < thresholds.MAX_POSE_ERROR * side
+
+
+def _doubted(detection: Detection) -> Detection:
+    """Return a Detection, which is doubtful if its pose does not agree with its corners."""
+    if _misses_pose(detection.solutions, detection.side):
+        detection.doubtful = True
+        detection.reason = NO_SQUARE.format(detection.error / detection.side)
+    return detection
+
+
 def _missed_by_pose(solutions: Sequence[pose.Solution], side: float) -> Shortfall:
     return 'MAX_POSE_ERROR', solutions[0].error / side if solutions else math.inf, thresholds.MAX_POSE_ERROR
 
@@ -532,8 +574,8 @@ def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution]
                information: Floats) -> Detection:
     share, ambiguous = pose.ambiguity(solutions)
     best = solutions[0]
-    return Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous, best.error,
-                     solutions, features, information)
+    return _doubted(Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous,
+                              best.error, solutions, features, information))
 
 
 def _is_not_flat(detection: Detection) -> bool:
@@ -552,9 +594,8 @@ def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
     detection.rotation, detection.position, detection.error = sheet.rotation, sheet.position, sheet.error
     detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
     detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5
-    detection.bend, detection.doubtful = sheet.bend, sheet.doubtful
-    for cached in ('centre', 'side', 'reach'):
-        detection.__dict__.pop(cached, None)
+    detection.bend = sheet.bend
+    detection.forget_size()
 
 
 def _start_blur(cells: float, cell: Floats, level: Integers) -> Floats:

@@ -197,8 +197,8 @@ class Explanation:
 def explain(detector: Detector, image: Image, camera: Camera) -> Explanation:
     """Return the Explanation of what a Detector finds in an image; raise as Detector.detect does."""
     found, ended = detector.explain(image, camera)
-    candidates = [Candidate(each.corners, FOUND, f'found as marker {each.id}', FOUND_COLOUR, id=each.id)
-                  for each in found]
+    candidates = [Candidate(each.corners, FOUND, f'found as marker {each.id}' + (f', but {each.reason}'
+                            if each.reason else ''), FOUND_COLOUR, id=each.id) for each in found]
     elsewhere = _of_other_layouts(detector, image, camera)
     places: list[Candidate] = []
     for each in sorted(ended, key=_how_far, reverse=True):

@@ -151,6 +151,9 @@ CELL_STEPS = 2  # of the fit to the edges of all cells, from where the outer edg
 CELL_VARIANCE = 2.0  # times that of this fit: errors of neighbouring edges are not independent
 LIGHT_STEPS = 3  # of the alignment in light, from where that in greys ends
 
+# Of sheets of unknown shape: cells around each corner, in turn; cells that it may move
+CORNER_REACHES, MAX_CORNER_MOVE = (1.0, 0.5), 1.2
+
 # -- Squares of broken outlines (broken_outlines.py)
 # Sensitivity, on photos of shadows: none.
 MIN_PART = 8.0  # px of the shrunk image: shorter straight parts of outlines do not count

@@ -32,6 +32,11 @@ class Found(NamedTuple):
     covariance: Floats
     thin: bool
 
+    @property
+    def surplus(self) -> float:
+        """Return the gap as a share of what the word leaves unexplained."""
+        return self.gap / (thresholds.BEST_FIT - min(self.fit, 1.0))
+
 
 class UnevenLight:
     """Finds markers of resolution 5 and ``margin`` cells."""
