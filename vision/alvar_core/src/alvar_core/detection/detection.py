@@ -64,6 +64,14 @@ class Detection:
         """Return how far the corners are from the centre, at most [px]."""
         return max(math.dist(corner, self.centre) for corner in self.corners.tolist())
 
+    def doubt_size(self, error: float) -> None:
+        """Let the information of the corners say that all of them may lie ``error`` [px] farther out or in alike."""
+        if self.information is not None:
+            outward = self.corners - self.corners.mean(0)
+            outward = (outward / np.linalg.norm(outward, axis=1, keepdims=True)).ravel() * error
+            told = self.information @ outward  # that of the covariance plus this error, by Sherman and Morrison
+            self.information = self.information - np.outer(told, told) / (1 + outward @ told)
+
     def forget_size(self) -> None:
         """Compute centre, side and reach again when they are needed; the corners have changed."""
         for each in ('centre', 'side', 'reach'):

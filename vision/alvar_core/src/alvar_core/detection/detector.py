@@ -41,8 +41,8 @@ from alvar_core.detection.uneven_light import Found, UnevenLight, free_of
 
 MARGINS = range(1, 11)  # [cells]
 
-NO_SQUARE = ('its corners are those of no flat square, by {:.1%} of its side: is the lens as K and D of camera_info say, '
-             'and the paper flat?')
+NO_SQUARE = ('its corners are those of no flat square, by {:.1%} of its side: is the lens as K and D of camera_info '
+             'say, and the paper flat?')
 NO_PAPER = ('its edges are those of no flat, bent or creased paper: is the lens as K and D of camera_info say, and '
             'the paper not crumpled?')
 
@@ -171,6 +171,14 @@ class Detector:
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
         for markers in uneven light at all, which takes as long as all the rest.
         """
+        found = self._in_known_light(image, quads, parts)
+        if not self._response.is_known:
+            for each in found:
+                each.doubt_size(thresholds.UNKNOWN_GAMMA_ERROR)
+        return found
+
+    def _in_known_light(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] | None) -> list[Detection]:
+        """Return the Detections; learn from them what the greys stand for, and measure them again if that is new."""
         self._asks = self._response.asks()
         self._turns.start()
         for _ in range(MOST_AGAIN):

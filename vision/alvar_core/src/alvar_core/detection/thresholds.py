@@ -243,6 +243,7 @@ ALIGNED_ERROR, MISFIT_ERROR = 0.02, 0.8  # px of the level; px, times the share 
 COARSE_CORNER_ERROR = 0.04  # px, times the square of the px between two samples of the alignment
 CORNER_NOISE_FACTOR = 1.5  # of the variance that independent samples would give
 DEFAULT_CORNER_ERROR = 0.2  # px, of corners without a covariance
+UNKNOWN_GAMMA_ERROR = 0.2  # px, of all corners alike, outward: while it is not known whether greys are light
 AMBIGUOUS_CHI2 = 16.0  # two poses are ambiguous while chi2 differs less
 SAME_ROTATION = math.radians(3.0)  # two poses nearer to each other are one
 
