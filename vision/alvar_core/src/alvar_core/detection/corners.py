@@ -14,15 +14,17 @@ from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.prepared_image import PreparedImage
 
 
-def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int]) -> Floats:
+def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int]) -> Floats | None:
     """Return the corners (4, 2) [real px] of a dark square that may be of any shape, from where they are about.
 
-    They are measured one by one, within each of ``reaches`` [px] around them in turn.
+    They are measured one by one, within each of ``reaches`` [px] around them in turn. None: one is not seen there.
     """
     found = np.asarray(corners, np.float32).reshape(-1, 1, 2)
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
     for reach in reaches:
-        found = cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)
+        before, found = found, cv2.cornerSubPix(light, found.copy(), (reach, reach), (-1, -1), until)
+        if (found == before).all(2).any():  # what cornerSubPix does with a corner that it does not find
+            return None
     return found.reshape(-1, 2).astype(np.float64)
 
 

@@ -201,10 +201,12 @@ class Detector:
         if parts is not None and not self.left_out:  # who has no turn would be found there
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
-            found = best_of_overlapping(found + striped)
+            if striped:
+                found = best_of_overlapping(found + striped)
             more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found, self._ended)
                     if not self._has_other_margin(image, each)]
-            found = best_of_overlapping(found + [each for each in more if each is not None])
+            if more:
+                found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
         return found
 
@@ -271,10 +273,14 @@ class Detector:
                    known: Sequence[Detection]) -> list[Detection]:
         """Return the Detections of quads that were well read, though their greys do not fit: of thin margins."""
         found: list[Detection] = []
-        for quad, word in zip(quads, words.tolist()):
-            centre, side = quad.mean(0).tolist(), float(homography.mean_side(quad[None])[0])
-            if self._uneven is None or any(math.dist(each.centre, centre) < thresholds.OVERLAP * side
-                                           for each in (*known, *found)):
+        middles, near = quads.mean(1), thresholds.OVERLAP * homography.mean_side(quads)
+        apart = np.ones(len(quads), bool)
+        if known:
+            away = np.linalg.norm(middles[:, None] - np.array([each.centre for each in known]), axis=2)
+            apart = (away >= near[:, None]).all(1)
+        for m in np.flatnonzero(apart).tolist():
+            quad, word = quads[m], int(words[m])
+            if self._uneven is None or any(math.dist(each.centre, middles[m]) < near[m] for each in found):
                 continue
             one = self._uneven.aligned(image, quad, word)
             least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
@@ -312,17 +318,29 @@ class Detector:
                     unknown = odd or sheet.doubtful and bow > thresholds.MIN_BOW
                 if unknown:
                     detection.doubtful, detection.reason = True, detection.reason or NO_PAPER
-                    self._measure_seen(image, detection)
+                    corners = self._corners_seen(image, detection)
+                    if corners is not None:
+                        self._take_corners(image, detection, corners)
+                    elif sheet is not None and bow > thresholds.MIN_BOW \
+                            and self._are_near(detection, _real_corners(sheet, image.camera)):
+                        _bend(detection, sheet, image.camera)
                 elif sheet is not None:
                     detection.doubtful, detection.reason = False, ''
 
-    def _measure_seen(self, image: PreparedImage, detection: Detection) -> None:
-        """Change the Detection of a marker of unknown shape: measure each of its corners alone."""
+    def _are_near(self, detection: Detection, corners: Floats) -> bool:
+        """Return whether corners (4, 2) [real px] of the same marker are near its own."""
+        away = np.linalg.norm(corners - detection.corners, axis=1).max()
+        return bool(away < thresholds.MAX_CORNER_MOVE * detection.side / self.cells)
+
+    def _corners_seen(self, image: PreparedImage, detection: Detection) -> Floats | None:
+        """Return the corners (4, 2) [real px] of a marker of any shape, each measured alone; None: one is not seen."""
         cell = detection.side / self.cells
         reach = [max(int(share * cell), 2) for share in thresholds.CORNER_REACHES]
         corners = corners_seen(image.light.of(image.grey), detection.corners, reach)
-        if np.linalg.norm(corners - detection.corners, axis=1).max() > thresholds.MAX_CORNER_MOVE * cell:
-            return
+        return corners if corners is not None and self._are_near(detection, corners) else None
+
+    def _take_corners(self, image: PreparedImage, detection: Detection, corners: Floats) -> None:
+        """Change the Detection to one with these corners (4, 2) [real px], if a pose can have them."""
         size = self.sizes.get(detection.id, self.size)
         solutions = pose.solve(image.camera.to_ideal(corners)[None], [size], image.camera)[0]
         if solutions:
@@ -596,9 +614,13 @@ def _is_in_even_light(detection: Detection) -> bool:
     return detection.features is not None and detection.features.kept > thresholds.EVEN_KEPT
 
 
+def _real_corners(sheet: Sheet, camera: Camera) -> Floats:
+    return np.stack(camera.to_real(sheet.corners[:, 0], sheet.corners[:, 1]), -1)
+
+
 def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
     """Take the corners and the pose of a Sheet."""
-    detection.corners = np.stack(camera.to_real(sheet.corners[:, 0], sheet.corners[:, 1]), -1)
+    detection.corners = _real_corners(sheet, camera)
     detection.rotation, detection.position, detection.error = sheet.rotation, sheet.position, sheet.error
     detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
     detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5

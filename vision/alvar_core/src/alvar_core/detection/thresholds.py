@@ -149,7 +149,7 @@ MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
 MIN_EDGE_SEEN = 0.6  # share of each side
 CELL_STEPS = 2  # of the fit to the edges of all cells, from where the outer edges are
 CELL_VARIANCE = 2.0  # times that of this fit: errors of neighbouring edges are not independent
-LIGHT_STEPS = 3  # of the alignment in light, from where that in greys ends
+LIGHT_STEPS = 2  # of the alignment in light, from where that in greys ends
 
 # Of sheets of unknown shape: cells around each corner, in turn; cells that it may move
 CORNER_REACHES, MAX_CORNER_MOVE = (1.0, 0.5), 1.2
