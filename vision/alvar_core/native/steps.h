@@ -132,6 +132,7 @@ struct Features {
     std::int64_t bad_inside, bad_rim;
     double kept, contrast, noise, blur, fit, gap;
     std::int64_t edges;
+    double outside_but_one;
 };
 
 // acceptance.Appearance: `share` (P,), `weight`: sum of the weights; `data` (D,): samples of the data cells; `smooth`
