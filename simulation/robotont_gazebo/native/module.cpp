@@ -76,16 +76,12 @@ Solid make_cylinder(double x, double y, double radius, double bottom, double hei
 struct Pattern {
     Source source;
     Bytes tones;  // which `source` points to
-    py::array_t<std::uint16_t> shown;
 };
 
-Pattern make_pattern(const Bytes& tones, double along, double up, double top, double pad, const Rgb& colour,
-                     const py::array_t<std::uint16_t, py::array::c_style>& shown) {
+Pattern make_pattern(const Bytes& tones, double along, double up, double top, double pad, const Rgb& colour) {
     require(tones.ndim() == 2 && tones.shape(0) > 1 && tones.shape(1) > 1, "tones must be an array of 2 x 2 or more");
-    require(shown.size() == 0 || shown.size() == kLights + 1, "shown must have 4081 tones, or none");
     Pattern pattern;
-    pattern.tones = tones, pattern.shown = shown;
-    if (shown.size()) pattern.source.shown = shown.data();
+    pattern.tones = tones;
     pattern.source.tones = tones.data();
     pattern.source.height = static_cast<int>(tones.shape(0)), pattern.source.width = static_cast<int>(tones.shape(1));
     pattern.source.along = along, pattern.source.up = up, pattern.source.top = top, pattern.source.pad = pad;
@@ -200,8 +196,7 @@ PYBIND11_MODULE(_native, module) {
         .def_static("cylinder", &make_cylinder, py::kw_only(), "x"_a, "y"_a, "radius"_a, "bottom"_a, "height"_a,
                     "rank"_a, "colour"_a, "ends"_a);
     py::class_<Pattern>(module, "Pattern")
-        .def(py::init(&make_pattern), py::kw_only(), "tones"_a, "along"_a, "up"_a, "top"_a, "pad"_a, "colour"_a,
-             "shown"_a);
+        .def(py::init(&make_pattern), py::kw_only(), "tones"_a, "along"_a, "up"_a, "top"_a, "pad"_a, "colour"_a);
     py::class_<Surroundings>(module, "Background")
         .def(py::init(&make_background), py::kw_only(), "rows"_a, "floor"_a, "colour"_a, "period"_a, "sharpness"_a);
     py::class_<Light>(module, "Light")

@@ -25,8 +25,7 @@ constexpr int kPlain = -1;  // the level of rows that do not show the floor's pa
 
 // The colours of kBlock places: of four tones around each, which is `right` and `down` parts from the first one.
 ROBOTONT_INLINE Words blend_tones(const std::uint8_t* tones, int stride, const Integers& at,
-                                  const Words& right, const Words& down, const Tint& tint,
-                                  const std::uint16_t* shown = nullptr) {
+                                  const Words& right, const Words& down, const Tint& tint) {
     Words upper, lower;
     for (int i = 0; i < kBlock; ++i) {
         const std::uint8_t *p = tones + at[i], *q = p + stride;
@@ -34,9 +33,7 @@ ROBOTONT_INLINE Words blend_tones(const std::uint8_t* tones, int stride, const I
     }
     const Words first = (upper & 255) * (kPart - right) + (upper >> 8) * right;
     const Words second = (lower & 255) * (kPart - right) + (lower >> 8) * right;
-    Words tone = (first * (kPart - down) + second * down + kPart / 2) / kPart;  // in parts of 1 / 256 grey
-    if (shown)
-        for (int i = 0; i < kBlock; ++i) tone[i] = shown[tone[i] / (255 * kPart / kLights)];
+    const Words tone = (first * (kPart - down) + second * down + kPart / 2) / kPart;  // in parts of 1 / 256 grey
     const std::uint32_t r = tint[0], g = tint[1], b = tint[2], half = 1u << 23;
     return (tone * r + half) >> 24 | (tone * g + half) >> 24 << 8 | (tone * b + half) >> 24 << 16;
 }
@@ -204,7 +201,7 @@ struct Part {
         place = place < last ? place : last;
         const Integers whole = __builtin_convertvector(place, Integers);
         return blend_tones(source->tones, stride, (whole >> 8) * stride + column, right,
-                           (Words)(whole & (kPart - 1)), source->tint, source->shown);
+                           (Words)(whole & (kPart - 1)), source->tint);
     }
 };
 

@@ -24,7 +24,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTie = 1e-7;      // [m] by which a higher solid counts as nearer if two faces are in one plane
 constexpr double kSeam = 1.0;      // [px] by which an end overlaps the upright face beside it, so that there is no gap
 constexpr double kSteepest = 4.0;  // [px/column] an edge is blended over as many rows as it rises, at most these
-constexpr int kLights = 255 * 16;  // steps of light from none to the brightest
 constexpr int kCoarsest = 12;      // a pattern's image is halved at most this many times
 
 using Colour = std::uint32_t;  // red + 256 green + 65536 blue
@@ -98,8 +97,6 @@ struct Light {
 // What a face shows: the tones (height, width) of a pattern, or a colour.
 struct Source {
     const std::uint8_t* tones = nullptr;  // none: a colour
-    // (kLights + 1,) The tone, in 1 / 256, that a camera shows for each light, if the tones are light; none: they are tones
-    const std::uint16_t* shown = nullptr;
     int width = 0, height = 0;
     double along = 0.0, up = 0.0, top = 0.0, pad = 0.0;  // [px/m], [m] z of its upper edge; [px] around the pattern
     std::array<std::uint32_t, 3> tint = {};              // of the tones, in 1 / 65536

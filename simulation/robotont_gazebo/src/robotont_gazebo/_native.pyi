@@ -33,10 +33,9 @@ class Pattern:
     """The image of a face: tones (rows, columns) uint8 of ``colour``, with ``pad`` px around.
 
     along, up: its resolution [px/m]; top: z of its upper edge; column 0 is on the left of a viewer in front of it.
-    shown (4081,) uint16: if the tones are light, the tone that the camera shows for each light, in 1 / 256; else empty.
     """
-    def __init__(self, *, tones: np.ndarray, along: float, up: float, top: float, pad: float, colour: np.ndarray,
-                 shown: np.ndarray) -> None: ...
+    def __init__(self, *, tones: np.ndarray, along: float, up: float, top: float, pad: float,
+                 colour: np.ndarray) -> None: ...
 
 class Background:
     """Sky and floor: rows (height, 3): the colour of each row of the picture without the floor's pattern.

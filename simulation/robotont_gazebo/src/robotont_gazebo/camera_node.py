@@ -35,7 +35,6 @@ SIMULATOR = 'robotont_gazebo'
 PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
                    Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
                    Number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, 'rad'),
-                   Number('~gamma', camera.GAMMA, *camera.GAMMAS),
                    Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''),
                    Number('~depth_near', camera.DEPTH_NEAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
                    Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'))
@@ -48,7 +47,6 @@ class CameraNode:
     def __init__(self):
         """Read the parameters and register everything."""
         *self._size, self._fov, rate = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate')
-        self._gamma = PARAMETERS['~gamma'].read()
         self._depth_range = _depth_range()
         self._every = max(1, round(ODOMETRY_RATE / rate))
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
@@ -115,8 +113,7 @@ class CameraNode:
             plan = plan.with_moved([(pose.position.x, pose.position.y, yaw_of(pose.orientation)) for pose in poses])
         if moving or plan is not self._rendered_plan:
             self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov,
-                                                           depth_range=self._depth_range,
-                                                           gamma=self._gamma), plan
+                                                           depth_range=self._depth_range), plan
         return self._renderer
 
 

@@ -36,12 +36,11 @@ def light() -> Light:
 class Faces:
     """The solids of a FloorPlan with the look of their faces; ``patterns``: False for plain colours only.
 
-    ``gamma`` is that of the camera. solids: for the compiled scene, in the order of plan.solids(). Raises alvar_core's
-    CodeError for a panel with an impossible marker_id.
+    solids: for the compiled scene, in the order of plan.solids(). Raises alvar_core's CodeError for a panel with an
+    impossible marker_id.
     """
 
-    def __init__(self, plan: FloorPlan, patterns: bool, gamma: float) -> None:
-        self._gamma = gamma
+    def __init__(self, plan: FloorPlan, patterns: bool) -> None:
         self._patterned: Dict[Tuple[int, int], _Face] = {}
         self._patterns = patterns
         self.solids: List[Solid] = []
@@ -56,7 +55,7 @@ class Faces:
         mipmap = patterned.mipmap()
         tones, per_metre_along, per_metre_up = mipmap.at(along, up)
         return Pattern(tones=tones, along=per_metre_along, up=per_metre_up, top=patterned.bottom + mipmap.height,
-                       pad=textures.PAD, colour=patterned.colour, shown=mipmap.shown)
+                       pad=textures.PAD, colour=patterned.colour)
 
     def _box(self, box: Box, panel: Optional[Panel], rank: float) -> Solid:
         cos, sin = math.cos(box.yaw), math.sin(box.yaw)
@@ -73,7 +72,7 @@ class Faces:
 
     def _add_marker(self, panel: Panel) -> float:
         """Return the resolution [px/m] of a panel's pattern."""
-        what = panel.marker_id, panel.size, panel.marker_size, self._gamma
+        what = panel.marker_id, panel.size, panel.marker_size
         textures.panel(*what)  # refuses an impossible id
         self._patterned[len(self.solids), FRONT] = _Face(partial(textures.panel, *what), np.full(3, 255.0),
                                                          panel.bottom)

@@ -10,7 +10,6 @@ import numpy as np
 from kinematic_core.worlds.camera import (
     DEPTH_FAR,
     DEPTH_NEAR,
-    GAMMA,
     HEIGHT,
     HORIZONTAL_FOV,
     NEAR,
@@ -29,17 +28,16 @@ class Renderer:
     """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
 
     ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. ``depth_range`` [m]:
-    the depth image shows only what lies between these two. ``gamma``: the camera shows the light of the edges in a
-    marker as light ** (1 / gamma); colours of worlds are those that it shows, whatever that is. Raises InvalidInput for
-    an impossible camera, alvar_core's CodeError for a panel id that no marker can have.
+    the depth image shows only what lies between these two. Raises InvalidInput for an impossible camera, alvar_core's
+    CodeError for a panel id that no marker can have.
     """
 
     def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
                  horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True,
-                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR), gamma: float = GAMMA) -> None:
+                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR)) -> None:
         self.camera = camera = PinholeCamera(width, height, horizontal_fov)
         self._near, self._far = require_range(*depth_range)
-        faces = Faces(plan, patterns, gamma)
+        faces = Faces(plan, patterns)
         self._scene = Scene(camera=Camera(width=camera.width, height=camera.height, focal=camera.focal, cx=camera.cx,
                                           cy=camera.cy, near=NEAR),
                             solids=faces.solids, pattern=faces.pattern, light=light(),

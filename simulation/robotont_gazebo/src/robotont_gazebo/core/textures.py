@@ -26,8 +26,6 @@ PANEL_PIXELS = 1024  # across a panel
 PANEL_STEPS = 2  # images of a panel per halving, because markers have to be accurate
 PAPER, INK = 250, 14  # grey levels of panels
 MARGIN_CELLS = 2  # of a marker's black border
-AS_IT_IS = np.zeros(0, np.uint16)  # what a camera shows for an image of tones
-LIGHTS = 255 * 16  # steps of light from that of INK to that of PAPER
 PAD = 4  # [px] by which an image is extended beyond its edges
 TILE, GROUT, TILE_TONES = 0.5, 0.012, (1.0, 0.93)  # [m] of the floor's tiles and the joints between them
 GROUT_TONE = 0.82
@@ -47,12 +45,10 @@ class Mipmap:
     """A face's image in smaller and smaller sizes, in both directions independently; each is made when first needed.
 
     ``image`` (rows, columns); ``length``, ``height`` [m] are those of the face. ``steps`` levels halve the size.
-    ``shown``: if the image is light, what a camera shows for it, as in Pattern; else empty.
     """
 
-    def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1,
-                 shown: np.ndarray = AS_IT_IS) -> None:
-        self.length, self.height, self.shown, self._steps = length, height, shown, steps
+    def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
+        self.length, self.height, self._steps = length, height, steps
         self._images: Dict[Tuple[int, int], np.ndarray] = {(0, 0): image}
         self._padded: Dict[Tuple[int, int], PaddedImage] = {}
 
@@ -118,11 +114,10 @@ def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=64)
-def panel(marker_id: int, size: float, marker_size: float, gamma: float = 1.0) -> Mipmap:
+def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
     """Return the Mipmap of a panel's face: an ALVAR marker, marker_size [m] wide, in a white square, size [m] wide.
 
-    Edges of cells have subpixel accuracy: they are mixed in light, which a camera shows as light ** (1 / gamma).
-    Raises alvar_core's CodeError for an impossible id.
+    Edges of cells have subpixel accuracy. Raises alvar_core's CodeError for an impossible id.
     """
     cells = code.encode(marker_id)
     count = len(cells) + 2 * MARGIN_CELLS
@@ -130,12 +125,7 @@ def panel(marker_id: int, size: float, marker_size: float, gamma: float = 1.0) -
     edges = (0.5 * (size - marker_size) + np.arange(count + 1) * marker_size / count) * PANEL_PIXELS / size
     before = np.clip(np.arange(PANEL_PIXELS + 1)[:, None] - edges[:-1], 0.0, np.diff(edges))
     share = np.diff(before, axis=0)  # (px, cells): how much of a pixel lies in a cell
-    ink = share @ black @ share.T
-    if gamma == 1:
-        return Mipmap(rounded(PAPER + (INK - PAPER) * ink), size, size, PANEL_STEPS)
-    darkest, brightest = ((tone / 255) ** gamma for tone in (INK, PAPER))
-    shown = 255 * 256 * np.linspace(darkest, brightest, LIGHTS + 1) ** (1 / gamma)
-    return Mipmap(rounded(255 - 255 * ink), size, size, PANEL_STEPS, np.round(shown).astype(np.uint16))
+    return Mipmap(rounded(PAPER + (INK - PAPER) * (share @ black @ share.T)), size, size, PANEL_STEPS)
 
 
 @functools.lru_cache(maxsize=8)
