@@ -19,10 +19,11 @@ def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int])
 
     They are measured one by one, within each of ``reaches`` [px] around them in turn. None: one is not seen there.
     """
-    found = np.asarray(corners, np.float32).reshape(-1, 1, 2)
+    found: Floats = np.asarray(corners, np.float32).reshape(-1, 1, 2)
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
     for reach in reaches:
-        before, found = found, cv2.cornerSubPix(light, found.copy(), (reach, reach), (-1, -1), until)
+        before = found.copy()
+        cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)  # it changes them
         if (found == before).all(2).any():  # what cornerSubPix does with a corner that it does not find
             return None
     return found.reshape(-1, 2).astype(np.float64)
