@@ -26,6 +26,7 @@ OFF, GOOD = 5.0, 2.0  # [degrees] error of a pose that must be flagged, and of o
 PEER_FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
 PEER_SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'peer_detections.py')
+TINY, SHINY = '10 to 13.5 px', ('laminate', 'tape', 'faded toner', 'backlight', 'pole', 'flush paper')
 SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
 
 
@@ -120,10 +121,11 @@ def figures(by_class, key='class'):
         found = [m.detection is not None for name in names for m in by_class[name].matches]
         return [100.0 * float(np.mean(found))]
     sure = [turn for score in by_class.values() for turn in score.rotations(sure=True)]
-    good = all_of(KINDS, 'flags', good_only=True)
+    good = all_of([name for name in KINDS if name != TINY], 'flags', good_only=True)  # TINY has two poses nearly always
     return {
         f'{key}_recall_shadows': recall(*SHADOWS), f'{key}_recall_blinds': recall('blinds'),
-        f'{key}_recall_margin': recall('thin margin'), f'{key}_recall_tiny': recall('13 to 20 px'),
+        f'{key}_recall_margin': recall('thin margin'), f'{key}_recall_small': recall('13 to 20 px'),
+        **{f'{key}_recall_{name}': recall(name) for name in (TINY, *SHINY)},
         f'{key}_corner_light': all_of(LIGHT, 'corners') or [np.inf],
         f'{key}_rotation_light': all_of(LIGHT, 'rotations', sure=True) or [np.inf],
         f'{key}_corner_paper': all_of(PAPER, 'corners') or [np.inf],

@@ -120,6 +120,61 @@ def _exposure(r):
     r.photo.noise = r.between(1, 2)
 
 
+def _laminate(r):
+    """Reflect a lamp in a shiny cover: a saturated stripe across the marker."""
+    at, angle, wide, grey = r.near(0.4), r.angle(), r.between(0.04, 0.12) * r.side, r.between(150, 300)
+
+    def glare(x, y):
+        across = (x - at[0]) * np.cos(angle) + (y - at[1]) * np.sin(angle)
+        return grey * np.exp(-0.5 * (across / wide) ** 2)
+    r.photo.glare = glare
+
+
+def _tape(r):
+    """Stick shiny tape along one side: a bright patch with hard edges over the rim and half of the margin."""
+    corners = r.photo.sheets[0].corners(r.photo.camera)
+    k, grey = int(r.rng.integers(4)), r.between(50, 130)
+    a, along = corners[k], (corners[(k + 1) % 4] - corners[k]) / np.linalg.norm(corners[(k + 1) % 4] - corners[k])
+    low, high, wide = r.between(0.0, 0.4) * r.side, r.between(0.6, 1.0) * r.side, r.between(0.08, 0.15) * r.side
+
+    def glare(x, y):
+        u, v = (x - a[0]) * along[0] + (y - a[1]) * along[1], (y - a[1]) * along[0] - (x - a[0]) * along[1]
+        return grey * ((u > low) & (u < high) & (np.abs(v) < wide))
+    r.photo.glare = glare
+
+
+def _faded(r):
+    """Print with a toner that is nearly empty: little contrast, and blotches."""
+    white = r.between(170, 210)
+    r.photo.sheets[0].greys = (white * r.between(0.6, 0.75), white)
+    blotches = cv2.resize(r.rng.normal(1, 0.05, (24, 32)).astype(np.float32), (WIDTH, HEIGHT),
+                          interpolation=cv2.INTER_CUBIC)
+
+    def light(x, y):
+        rows, columns = (np.clip(np.round(v), 0, end - 1).astype(int) for v, end in ((y, HEIGHT), (x, WIDTH)))
+        return blotches[rows, columns]
+    r.photo.lights.append(light)
+
+
+def _backlight(r):
+    """Hang the sheet before a bright window: it is in its own shade, and stray light lies on one side."""
+    r.photo.table, r.photo.clutter, r.photo.noise = 250.0, 0, r.between(1, 2)
+    black = r.between(6, 12)
+    r.photo.sheets[0].greys = (black, black + r.between(25, 50))
+    r.photo.glare = spot(r.near(1.0), r.between(0.7, 1.5) * r.side, r.between(20, 80))
+
+
+def _flush(r):
+    """Cut the paper off at one side of the square, before something dark."""
+    corners = r.photo.sheets[0].corners(r.photo.camera)
+    k, left = int(r.rng.integers(4)), r.between(0.2, 0.5)
+    a, along = corners[k], (corners[(k + 1) % 4] - corners[k]) / np.linalg.norm(corners[(k + 1) % 4] - corners[k])
+
+    def light(x, y):  # corners run clockwise, so that the left of a side is outside
+        return np.where((y - a[1]) * along[0] - (x - a[0]) * along[1] < 0, left, 1.0)
+    r.photo.lights.append(light)
+
+
 def _bent(radius):
     def make(r):
         r.photo.sheets[0].surface = Cylinder(radius * (1 if r.rng.uniform() < 0.7 else -1), r.angle())
@@ -182,6 +237,8 @@ KINDS = {
     'blinds': Kind(_blinds), 'gradient': Kind(_gradient), 'glare': Kind(_glare), 'exposure': Kind(_exposure),
     'bent 20 cm': Kind(_bent(0.2)), 'bent 10 cm': Kind(_bent(0.1)), 'bent 6 cm': Kind(_bent(0.06)),
     'creased': Kind(_creased), 'thin margin': Kind(_thin_margin), '13 to 20 px': Kind(None, (13, 20), (0, 30)),
+    '10 to 13.5 px': Kind(None, (10, 13.5), (0, 30)), 'laminate': Kind(_laminate), 'tape': Kind(_tape),
+    'faded toner': Kind(_faded), 'backlight': Kind(_backlight), 'flush paper': Kind(_flush),
     '20 to 25 px': Kind(None, (20, 25), (0, 30)), 'tilt': Kind(None, (50, 130), (55, 72)), 'motion': Kind(_motion),
     'jpeg': Kind(_jpeg), 'frame edge': Kind(_frame_edge), 'occluded': Kind(_occluded),
 }

@@ -326,7 +326,10 @@ def _time_figures():
 
 def _class_figures(key, of):
     for name, words, limit in (('shadows', 'shadows', 95), ('blinds', 'blinds', 90), ('margin', 'thin margins', 99),
-                               ('tiny', '13 to 20 px', 80)):
+                               ('small', '13 to 20 px', 80), ('10 to 13.5 px', '10 to 13.5 px', 80),
+                               ('laminate', 'laminate', 50), ('tape', 'tape', 70), ('faded toner', 'faded toner', 80),
+                               ('backlight', 'backlight', 90), ('pole', 'pole', 95),
+                               ('flush paper', 'paper flush with one side', 90)):
         yield Figure(f'recall, {words}, {of}', f'{key}_recall_{name}', '%', median, Target('at_least', limit))
     for pool, words, limits in (median, 'median', (0.15, 1.0)), (p95, '95th percentile', (0.6, None)):
         yield Figure(f'worst corner in bad light, {of}, {words}', f'{key}_corner_light', 'px', pool,

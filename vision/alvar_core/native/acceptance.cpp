@@ -25,6 +25,10 @@ double correlation(const float* values, const float* drawing, const float* share
 // Whether the code of a candidate is one that dark things look like by chance
 bool is_plain(const Features& f, const Thresholds& limit) { return f.edges <= limit.PLAIN_EDGES; }
 
+double surplus_of(const Features& f, const Thresholds& limit) {
+    return f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
+}
+
 const Demand& demand(const Features& f, const Thresholds& limit, const char* (&names)[3]) {
     struct Choice {
         const Demand& demand;
@@ -88,8 +92,10 @@ Features Appearance::features(const AlignedMarker& marker, double noise, const T
     }
     for (int i = 0; i < cells * cells; ++i)
         if (std::fabs(mean[i] / size[i]) > limit.BAD_CELL) ++(is_data[i] ? f.bad_inside : f.bad_rim);
-    f.outside = 1e9;
-    for (int i = cells * cells; i < groups; ++i) f.outside = std::min(f.outside, mean[i] / size[i]);
+    double strips[kStrips];
+    for (int i = 0; i < kStrips; ++i) strips[i] = mean[cells * cells + i] / size[cells * cells + i];
+    std::sort(strips, strips + kStrips);
+    f.outside = strips[0], f.outside_but_one = strips[1];
     f.kept = kept / weight;
     f.contrast = *marker.contrast, f.noise = *marker.noise, f.blur = *marker.blur;
     return f;
@@ -109,17 +115,22 @@ Shortfall alvar::unpromising(const double* h, double blur, std::int64_t level, d
 Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
     const char* names[3];
     const Demand& asked = demand(f, limit, names);
-    const double surplus = f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
-    if (!is_plain(f, limit) && f.fit > limit.SURE.fit && surplus > limit.SURE.surplus && f.detail > limit.SURE.detail)
-        // of bent paper only the middle agrees with the drawing
+    const double surplus = surplus_of(f, limit);
+    if (is_sure(f, limit))
+        // of bent paper only the middle agrees with the drawing; paper may end at one side, before something dark
         return first_missed({above("SURE_KEPT", f.kept, limit.SURE_KEPT),
-                             above("SURE_OUTSIDE", f.outside, limit.SURE_OUTSIDE)});
+                             above("SURE_OUTSIDE", f.outside_but_one, limit.SURE_OUTSIDE)});
     return first_missed({above("MIN_GAP", f.gap, limit.MIN_GAP), above("MIN_KEPT", f.kept, limit.MIN_KEPT),
                          at_most("MAX_BAD_RIM", f.bad_rim, limit.MAX_BAD_RIM),
                          {f.outside > limit.MIN_OUTSIDE || f.likeness > limit.WHOLE_LIKENESS,
                           {"MIN_OUTSIDE", f.outside, limit.MIN_OUTSIDE}},
                          above(names[0], f.fit, asked.fit), above(names[1], surplus, asked.surplus),
                          above(names[2], f.detail, asked.detail)});
+}
+
+bool alvar::is_sure(const Features& f, const Thresholds& limit) {
+    return !is_plain(f, limit) && f.fit > limit.SURE.fit && surplus_of(f, limit) > limit.SURE.surplus
+           && f.detail > limit.SURE.detail;
 }
 
 bool alvar::may_be_covered(const Features& f, const Thresholds& limit) {

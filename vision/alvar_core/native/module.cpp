@@ -205,8 +205,9 @@ py::array_t<float> sample(const Aligner& self, const py::array_t<std::uint8_t>& 
 
 Features features_of(double likeness, double outside, double detail, std::int64_t bad_inside, std::int64_t bad_rim,
                      double kept, double contrast, double noise, double blur, double fit, double gap,
-                     std::int64_t edges) {
-    return {likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap, edges};
+                     std::int64_t edges, double outside_but_one) {
+    return {likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap, edges,
+            outside_but_one};
 }
 
 py::object shortfall_of(const Shortfall& found) {
@@ -233,7 +234,7 @@ void extend(const py::object& ended, const Trail& trail) {
 PYBIND11_MODULE(ALVAR_MODULE, m) {
     m.doc() = "The compiled steps of the detector; native/steps.h says what each takes.";
     PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap,
-                         edges);
+                         edges, outside_but_one);
     PYBIND11_NUMPY_DTYPE(Solution, rotation, position, error, chi2);
     PYBIND11_NUMPY_DTYPE(ResponseEvidence, information, weighted);
     PYBIND11_NUMPY_DTYPE(FoundMarker, number, corners, information, poses, solutions, features, evidence);
@@ -430,10 +431,12 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
 
     py::class_<Features>(m, "Features")
         .def(py::init(&features_of), py::kw_only(), "likeness"_a, "outside"_a, "detail"_a, "bad_inside"_a, "bad_rim"_a,
-             "kept"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "gap"_a, "edges"_a);
+             "kept"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "gap"_a, "edges"_a,
+             "outside_but_one"_a);
     m.def("shortfall", [](const Features& f, const Thresholds& limit) { return shortfall_of(shortfall(f, limit)); },
           py::kw_only(), "features"_a, "limit"_a);
     m.def("may_be_covered", &may_be_covered, py::kw_only(), "features"_a, "limit"_a);
+    m.def("is_sure", &is_sure, py::kw_only(), "features"_a, "limit"_a);
     m.def(
         "unpromising",
         [](const Doubles& h, double blur, std::int64_t level, double likeness, int cells, const Thresholds& limit) {

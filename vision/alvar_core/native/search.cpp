@@ -218,7 +218,7 @@ private:
         end_at(trail, real, missed, word);
     }
 
-    // Measures a marker, and adds it if a pose fits its corners; returns what the pose misses.
+    // Measures a marker, and adds it if a pose fits its corners, or if its code is sure; returns what the pose misses.
     Shortfall add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
         double information[64], turned[8];
         FoundMarker marker = {};
@@ -235,7 +235,7 @@ private:
         to_real(turned, marker.corners[0]);
         const double side = std::sqrt(area(marker.corners[0]));
         if (!marker.poses) return {"MAX_POSE_ERROR", HUGE_VAL, limit.MAX_POSE_ERROR};
-        if (!(marker.solutions[0].error < limit.MAX_POSE_ERROR * side))
+        if (!(marker.solutions[0].error < limit.MAX_POSE_ERROR * side) && !is_sure(f, limit))
             return {"MAX_POSE_ERROR", marker.solutions[0].error / side, limit.MAX_POSE_ERROR};
         result.markers.push_back(marker);
         return {nullptr, 0, 0};

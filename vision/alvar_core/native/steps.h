@@ -132,6 +132,7 @@ struct Features {
     std::int64_t bad_inside, bad_rim;
     double kept, contrast, noise, blur, fit, gap;
     std::int64_t edges;
+    double outside_but_one;
 };
 
 // acceptance.Appearance: `share` (P,), `weight`: sum of the weights; `data` (D,): samples of the data cells; `smooth`
@@ -152,6 +153,8 @@ struct Appearance {
 // What a candidate misses; nothing for a marker
 Shortfall shortfall(const Features& f, const Thresholds& limit);
 bool may_be_covered(const Features& f, const Thresholds& limit);
+// Whether its code is no chance
+bool is_sure(const Features& f, const Thresholds& limit);
 // What an aligned candidate misses before its cells are read
 Shortfall unpromising(const double* h, double blur, std::int64_t level, double likeness, int cells,
                       const Thresholds& limit);

@@ -80,4 +80,4 @@ def test_scores_count_corners_flags_and_rotations():
     assert score.flags() == [True] == score.flags(good_only=True) and score.rotations(sure=True) == []
     empty = {name: class_scores.ClassScore() for name in (*KINDS, LOOK_ALIKES)}
     text = class_scores.table({'here': {**empty, 'even': score}})
-    assert 'even         100.0' in text and '3.00 / 3.00' in text
+    assert 'even           100.0' in text and '3.00 / 3.00' in text

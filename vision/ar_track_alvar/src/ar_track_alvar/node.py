@@ -23,7 +23,7 @@ from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.core import debug_image
-from ar_track_alvar.core.filters import ErrorFilter, RateLimiter
+from ar_track_alvar.core.filters import ErrorFilter, RateLimiter, fit_error
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.marker_publisher import Report
@@ -243,11 +243,22 @@ class MarkerNode:
                            f'AlvarMarker.id holds only numbers up to {LARGEST_MARKER_ID}.')
         detections = self._errors.accepted(numbered, self.settings.max_new_marker_error,
                                            self.settings.max_track_error)
+        self._notice_doubtful(numbered, detections)
         self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
         if self._debug.wanted():
             drawn = debug_image.draw(self.bgr_of(message), camera, found, detections, self.size_of)
             self._debug.publish(images.to_image(drawn, header=message.header))
+
+    def _notice_doubtful(self, found, accepted):
+        """Say why the pose of a marker is doubtful, and that one is not published because of its error."""
+        for each in found:
+            if not any(each is other for other in accepted):
+                limit = f'~max_new_marker_error, {self.settings.max_new_marker_error:g}'
+                self.complain('error', f'Marker {each.id} is visible, but not published: its error '
+                              f'{fit_error(each):.3f} is above {limit}' + (each.reason and f'; {each.reason}'))
+            elif each.reason:
+                self.complain('doubtful', f'The orientation of marker {each.id} is doubtful: {each.reason}')
 
     def _notice_left_out(self):
         left_out, most = self._tracker.detector.left_out, self.settings.max_candidates

@@ -21,6 +21,7 @@ class Features(NamedTuple):
 
     * ``likeness``: correlation of the image with the drawn marker, up to 1
     * ``outside``: grey of the darkest of the four strips around the marker minus that of paper, divided by the contrast
+    * ``outside_but_one``: the same of the second darkest strip
     * ``detail``: likeness of the data cells, after smooth changes of brightness are removed
     * ``bad_inside``, ``bad_rim``: number of data cells and of border cells that differ from the drawing
     * ``kept``: share of the samples that agree with the drawing
@@ -40,6 +41,7 @@ class Features(NamedTuple):
     fit: float = 0.0
     gap: float = 0.0
     edges: int = UNREAD
+    outside_but_one: float = 0.0
 
     @classmethod
     def of_row(cls, row: Any) -> Features:
@@ -67,6 +69,11 @@ def may_be_covered(f: Features, fit: float) -> bool:
     ``fit``: that of its Reading.
     """
     return bool(native.steps.may_be_covered(features=_compiled(f._replace(fit=fit)), limit=native.limit))
+
+
+def is_sure(f: Features) -> bool:
+    """Return whether the code of a candidate is no chance: what was read with its corners elsewhere is a marker."""
+    return bool(native.steps.is_sure(features=_compiled(f), limit=native.limit))
 
 
 def unpromising(state: Alignment, m: int, likeness: float, cells: int) -> Shortfall | None:

@@ -1,14 +1,32 @@
 """Measure the corners of aligned markers, and their covariance."""
 from __future__ import annotations
 
+from typing import Sequence
+
+import cv2
 import numpy as np
 
 from alvar_core import native
-from alvar_core.arrays import Bools, Floats
+from alvar_core.arrays import Bools, Floats, Image
 from alvar_core.detection import edge_alignment, homography
 from alvar_core.detection.alignment import Aligner, Alignment
 from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.prepared_image import PreparedImage
+
+
+def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int]) -> Floats | None:
+    """Return the corners (4, 2) [real px] of a dark square that may be of any shape, from where they are about.
+
+    They are measured one by one, within each of ``reaches`` [px] around them in turn. None: one is not seen there.
+    """
+    found: Floats = np.asarray(corners, np.float32).reshape(-1, 1, 2)
+    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
+    for reach in reaches:
+        before = found.copy()
+        cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)  # it changes them
+        if (found == before).all(2).any():  # what cornerSubPix does with a corner that it does not find
+            return None
+    return found.reshape(-1, 2).astype(np.float64)
 
 
 class CornerEstimator:

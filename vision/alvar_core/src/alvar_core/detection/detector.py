@@ -30,7 +30,7 @@ from alvar_core.detection import acceptance, candidates, homography, pose, strip
 from alvar_core.detection.acceptance import Appearance, Ended, Features, Shortfall, may_be_covered, unpromising
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
-from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.corners import CornerEstimator, corners_seen
 from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.light import MOST_AGAIN, Evidence, Response
@@ -40,6 +40,11 @@ from alvar_core.detection.search import Search
 from alvar_core.detection.uneven_light import Found, UnevenLight, free_of
 
 MARGINS = range(1, 11)  # [cells]
+
+NO_SQUARE = ('its corners are those of no flat square, by {:.1%} of its side: is the lens as K and D of camera_info '
+             'say, and the paper flat?')
+NO_PAPER = ('its edges are those of no flat, bent or creased paper: is the lens as K and D of camera_info say, and '
+            'the paper not crumpled?')
 
 
 def checked_size(size: float) -> float:
@@ -166,6 +171,14 @@ class Detector:
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
         for markers in uneven light at all, which takes as long as all the rest.
         """
+        found = self._in_known_light(image, quads, parts)
+        if not self._response.is_known:
+            for each in found:
+                each.doubt_size(thresholds.UNKNOWN_GAMMA_ERROR)
+        return found
+
+    def _in_known_light(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] | None) -> list[Detection]:
+        """Return the Detections; learn from them what the greys stand for, and measure them again if that is new."""
         self._asks = self._response.asks()
         self._turns.start()
         for _ in range(MOST_AGAIN):
@@ -188,10 +201,12 @@ class Detector:
         if parts is not None and not self.left_out:  # who has no turn would be found there
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
-            found = best_of_overlapping(found + striped)
+            if striped:
+                found = best_of_overlapping(found + striped)
             more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found, self._ended)
                     if not self._has_other_margin(image, each)]
-            found = best_of_overlapping(found + [each for each in more if each is not None])
+            if more:
+                found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
         return found
 
@@ -258,10 +273,14 @@ class Detector:
                    known: Sequence[Detection]) -> list[Detection]:
         """Return the Detections of quads that were well read, though their greys do not fit: of thin margins."""
         found: list[Detection] = []
-        for quad, word in zip(quads, words.tolist()):
-            centre, side = quad.mean(0).tolist(), float(homography.mean_side(quad[None])[0])
-            if self._uneven is None or any(math.dist(each.centre, centre) < thresholds.OVERLAP * side
-                                           for each in (*known, *found)):
+        middles, near = quads.mean(1), thresholds.OVERLAP * homography.mean_side(quads)
+        apart = np.ones(len(quads), bool)
+        if known:
+            away = np.linalg.norm(middles[:, None] - np.array([each.centre for each in known]), axis=2)
+            apart = (away >= near[:, None]).all(1)
+        for m in np.flatnonzero(apart).tolist():
+            quad, word = quads[m], int(words[m])
+            if self._uneven is None or any(math.dist(each.centre, middles[m]) < near[m] for each in found):
                 continue
             one = self._uneven.aligned(image, quad, word)
             least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
@@ -290,12 +309,46 @@ class Detector:
                 limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
                 sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit,
                                            image.light)
-                detection.doubtful = odd or sheet is None and bow > thresholds.MAX_BOW
                 if sheet is None:
-                    continue
-                if abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
-                        or sheet.doubtful and bow > thresholds.MIN_BOW:
+                    unknown = odd or bow > thresholds.MAX_BOW
+                elif not sheet.doubtful and abs(sheet.bend) > thresholds.MIN_BEND:
                     _bend(detection, sheet, image.camera)
+                    unknown = False
+                else:  # the corners are where they are seen, whatever the paper's shape is
+                    unknown = odd or sheet.doubtful and bow > thresholds.MIN_BOW
+                if unknown:
+                    detection.doubtful, detection.reason = True, detection.reason or NO_PAPER
+                    corners = self._corners_seen(image, detection)
+                    if corners is not None:
+                        self._take_corners(image, detection, corners)
+                    elif sheet is not None and bow > thresholds.MIN_BOW \
+                            and self._are_near(detection, _real_corners(sheet, image.camera)):
+                        _bend(detection, sheet, image.camera)
+                elif sheet is not None:
+                    detection.doubtful, detection.reason = False, ''
+
+    def _are_near(self, detection: Detection, corners: Floats) -> bool:
+        """Return whether corners (4, 2) [real px] of the same marker are near its own."""
+        away = np.linalg.norm(corners - detection.corners, axis=1).max()
+        return bool(away < thresholds.MAX_CORNER_MOVE * detection.side / self.cells)
+
+    def _corners_seen(self, image: PreparedImage, detection: Detection) -> Floats | None:
+        """Return the corners (4, 2) [real px] of a marker of any shape, each measured alone; None: one is not seen."""
+        cell = detection.side / self.cells
+        reach = [max(int(share * cell), 2) for share in thresholds.CORNER_REACHES]
+        corners = corners_seen(image.light.of(image.grey), detection.corners, reach)
+        return corners if corners is not None and self._are_near(detection, corners) else None
+
+    def _take_corners(self, image: PreparedImage, detection: Detection, corners: Floats) -> None:
+        """Change the Detection to one with these corners (4, 2) [real px], if a pose can have them."""
+        size = self.sizes.get(detection.id, self.size)
+        solutions = pose.solve(image.camera.to_ideal(corners)[None], [size], image.camera)[0]
+        if solutions:
+            best = solutions[0]
+            detection.corners, detection.information, detection.solutions = corners, None, solutions
+            detection.rotation, detection.position, detection.error = best.rotation, best.position, best.error
+            detection.ambiguity, detection.ambiguous = pose.ambiguity(solutions)
+            detection.forget_size()
 
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
         """Return a Detection, measured again by the edges of its cells if its greys do not fit the drawing."""
@@ -320,13 +373,14 @@ class Detector:
         solutions = pose.solve(corners[None], [size], image.camera, information[None])[0]
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
         side = float(homography.mean_side(real[None])[0])
-        if not solutions or solutions[0].error > thresholds.MAX_POSE_ERROR * side:
+        sure = found.fit > thresholds.SURE.fit and found.surplus > thresholds.SURE.surplus
+        if _misses_pose(solutions, side) and not (sure and solutions):
             self._end(real, _missed_by_pose(solutions, side), found.word)
             return None
         share, ambiguous = pose.ambiguity(solutions)
         best = solutions[0]
-        return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
-                         solutions, None, information, thin_margin=found.thin)
+        return _doubted(Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous,
+                                  best.error, solutions, None, information, thin_margin=found.thin))
 
     def _by_rim(self, image: PreparedImage, h: Floats, level: Integers, cell: Floats) -> _Start:
         """Align the black border alone and read the cells; leave out markers that could not be read."""
@@ -494,7 +548,7 @@ class Detector:
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:
-        """Return the Detections of the accepted markers whose pose fits their corners."""
+        """Return the Detections of the accepted markers whose pose fits their corners, or whose code is sure."""
         if not found:
             return []
         which = np.array([each.place for each in found])
@@ -511,7 +565,8 @@ class Detector:
         sides = np.sqrt(homography.area(real))
         out = []
         for m, solutions in enumerate(pose.solve(corners, sizes, image.camera, information)):
-            if solutions and solutions[0].error < thresholds.MAX_POSE_ERROR * sides[m]:
+            sure = acceptance.is_sure(found[m].features)
+            if solutions and (sure or not _misses_pose(solutions, sides[m])):
                 out.append(_detection(found[m].reading.content.value, real[m], solutions, found[m].features,
                                       information[m]))
             else:
@@ -524,6 +579,19 @@ def _read(features: Features, reading: Reading) -> Features:
     return features._replace(fit=reading.fit, gap=reading.gap, edges=reading.edges)
 
 
+def _misses_pose(solutions: Sequence[pose.Solution], side: float) -> bool:
+    """Return whether no pose agrees with the corners of a marker that is ``side`` [px] wide."""
+    return not solutions or not solutions[0].error < thresholds.MAX_POSE_ERROR * side
+
+
+def _doubted(detection: Detection) -> Detection:
+    """Return a Detection, which is doubtful if its pose does not agree with its corners."""
+    if _misses_pose(detection.solutions, detection.side):
+        detection.doubtful = True
+        detection.reason = NO_SQUARE.format(detection.error / detection.side)
+    return detection
+
+
 def _missed_by_pose(solutions: Sequence[pose.Solution], side: float) -> Shortfall:
     return 'MAX_POSE_ERROR', solutions[0].error / side if solutions else math.inf, thresholds.MAX_POSE_ERROR
 
@@ -532,8 +600,8 @@ def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution]
                information: Floats) -> Detection:
     share, ambiguous = pose.ambiguity(solutions)
     best = solutions[0]
-    return Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous, best.error,
-                     solutions, features, information)
+    return _doubted(Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous,
+                              best.error, solutions, features, information))
 
 
 def _is_not_flat(detection: Detection) -> bool:
@@ -546,15 +614,18 @@ def _is_in_even_light(detection: Detection) -> bool:
     return detection.features is not None and detection.features.kept > thresholds.EVEN_KEPT
 
 
+def _real_corners(sheet: Sheet, camera: Camera) -> Floats:
+    return np.stack(camera.to_real(sheet.corners[:, 0], sheet.corners[:, 1]), -1)
+
+
 def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
     """Take the corners and the pose of a Sheet."""
-    detection.corners = np.stack(camera.to_real(sheet.corners[:, 0], sheet.corners[:, 1]), -1)
+    detection.corners = _real_corners(sheet, camera)
     detection.rotation, detection.position, detection.error = sheet.rotation, sheet.position, sheet.error
     detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
     detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5
-    detection.bend, detection.doubtful = sheet.bend, sheet.doubtful
-    for cached in ('centre', 'side', 'reach'):
-        detection.__dict__.pop(cached, None)
+    detection.bend = sheet.bend
+    detection.forget_size()
 
 
 def _start_blur(cells: float, cell: Floats, level: Integers) -> Floats:

@@ -80,8 +80,9 @@ STAGES = (
         **dict.fromkeys(('MIN_KEPT', 'SURE_KEPT'), 'only {value:.0%} of it agrees with the drawn marker, more than '
                         '{needed:.0%} is needed'),
         'MAX_BAD_RIM': '{value:.0f} cells of the black border are not black; at most {needed:.0f} may be covered',
-        **dict.fromkeys(('MIN_OUTSIDE', 'SURE_OUTSIDE'), 'along one side there is no white margin: the paper there is '
-                        'darker than white by {darker:.0%} of the contrast, less than {allowed:.0%} is needed'),
+        **{name: f'along {sides} there is no white margin: the paper there is darker than white by {{darker:.0%}} of '
+                 'the contrast, less than {allowed:.0%} is needed'
+           for name, sides in (('MIN_OUTSIDE', 'one side'), ('SURE_OUTSIDE', 'two sides'))},
         **{f'{name}.fit': 'its cells differ from that code word: the fit is {value:.2f}, more than {needed:.2f} is '
                           'needed' for name in DEMANDS},
         **{f'{name}.surplus': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
@@ -197,8 +198,8 @@ class Explanation:
 def explain(detector: Detector, image: Image, camera: Camera) -> Explanation:
     """Return the Explanation of what a Detector finds in an image; raise as Detector.detect does."""
     found, ended = detector.explain(image, camera)
-    candidates = [Candidate(each.corners, FOUND, f'found as marker {each.id}', FOUND_COLOUR, id=each.id)
-                  for each in found]
+    candidates = [Candidate(each.corners, FOUND, f'found as marker {each.id}' + (f', but {each.reason}'
+                            if each.reason else ''), FOUND_COLOUR, id=each.id) for each in found]
     elsewhere = _of_other_layouts(detector, image, camera)
     places: list[Candidate] = []
     for each in sorted(ended, key=_how_far, reverse=True):

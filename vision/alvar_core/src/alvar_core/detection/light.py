@@ -64,6 +64,11 @@ class Response:
         self.light = LINEAR if gamma is None else Light(checked_gamma(gamma))
         self._known, self._gamma, self._information, self._images = gamma is not None, self.light.gamma, 0.0, 0
 
+    @property
+    def is_known(self) -> bool:
+        """Return whether gamma is known, or markers have told it."""
+        return self._known or self._information > 0
+
     def asks(self) -> bool:
         """Return whether the markers of the next image are to be asked: once much is known, those of some images."""
         self._images += 1

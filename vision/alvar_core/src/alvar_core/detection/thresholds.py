@@ -47,7 +47,7 @@ PASSES = (
     Pass(2, 21, 15),  # markers that something thin touches
     Pass(4, 9, 4),  # large and faint markers in noise
 )
-MIN_OUTLINE_SIDE = 6  # px of the shrunk image
+MIN_OUTLINE_SIDE = 4  # px of the shrunk image
 MIN_FILLED = 0.12  # share of the outline's box that the outline encloses
 MAX_ASPECT = 6.0  # longest to shortest side
 POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon may be off the outline
@@ -101,9 +101,9 @@ CELL_RIDGE = 0.02  # of the mean diagonal, of the equations for cells read one b
 # Sensitivity: 10 % lower gains no marker and adds no false one; 10 % higher loses markers where fit, surplus and detail
 # are asked: UNLIKE.fit 2 of 95 hard ones, CLEAR.fit 1. BEST_FIT is the end of a scale, not to be tuned: below 1 nearly
 # nothing is accepted.
-MIN_MARKER_AREA = 140.0  # px^2
+MIN_MARKER_AREA = 80.0  # px^2
 MIN_LIKENESS = 0.65  # correlation of the image with the drawn marker
-MAX_BLUR = 0.85  # cells
+MAX_BLUR = 1.1  # cells
 CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
 COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)  # cells differ: any; data cells, with WIDE_GAP
 CLEAR_LIKENESS = 0.88
@@ -111,7 +111,7 @@ SURE = Demand(0.92, 1.5, 0.92)  # no chance: less is asked of what surrounds the
 # Codes with few edges between black and white cells resemble what is dark with something bright in it, as windows are:
 # 255 has 16 edges, 246 and 249 have 18, 240 and 244 have 20; half of all numbers have more than 30.
 PLAIN_EDGES, PLAIN = 20, Demand(0.94, 1.2, 0.93)  # at most; this is then asked whatever the likeness is
-SURE_KEPT, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_KEPT, MIN_OUTSIDE
+SURE_KEPT, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_KEPT, and as MIN_OUTSIDE along all sides but one
 MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
 BAD_CELL = 0.4  # of the contrast: a cell whose mean differs more is a bad one
@@ -149,7 +149,10 @@ MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
 MIN_EDGE_SEEN = 0.6  # share of each side
 CELL_STEPS = 2  # of the fit to the edges of all cells, from where the outer edges are
 CELL_VARIANCE = 2.0  # times that of this fit: errors of neighbouring edges are not independent
-LIGHT_STEPS = 3  # of the alignment in light, from where that in greys ends
+LIGHT_STEPS = 2  # of the alignment in light, from where that in greys ends
+
+# Of sheets of unknown shape: cells around each corner, in turn; cells that it may move
+CORNER_REACHES, MAX_CORNER_MOVE = (1.0, 0.5), 1.2
 
 # -- Squares of broken outlines (broken_outlines.py)
 # Sensitivity, on photos of shadows: none.
@@ -240,6 +243,7 @@ ALIGNED_ERROR, MISFIT_ERROR = 0.02, 0.8  # px of the level; px, times the share 
 COARSE_CORNER_ERROR = 0.04  # px, times the square of the px between two samples of the alignment
 CORNER_NOISE_FACTOR = 1.5  # of the variance that independent samples would give
 DEFAULT_CORNER_ERROR = 0.2  # px, of corners without a covariance
+UNKNOWN_GAMMA_ERROR = 0.2  # px, of all corners alike, outward: while it is not known whether greys are light
 AMBIGUOUS_CHI2 = 16.0  # two poses are ambiguous while chi2 differs less
 SAME_ROTATION = math.radians(3.0)  # two poses nearer to each other are one
 

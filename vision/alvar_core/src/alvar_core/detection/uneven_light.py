@@ -32,6 +32,11 @@ class Found(NamedTuple):
     covariance: Floats
     thin: bool
 
+    @property
+    def surplus(self) -> float:
+        """Return the gap as a share of what the word leaves unexplained."""
+        return self.gap / (thresholds.BEST_FIT - min(self.fit, 1.0))
+
 
 class UnevenLight:
     """Finds markers of resolution 5 and ``margin`` cells."""
@@ -238,7 +243,11 @@ class UnevenLight:
 
 def free_of(known: Sequence[Detection], points: Floats) -> Bools:
     """Return which points (N, 2) [px] lie on no marker that is known."""
-    free = np.ones(len(points), bool)
-    for each in known:
-        free &= np.abs(points - each.centre).max(1) > thresholds.KNOWN_REACH * each.side
+    if not known:
+        return np.ones(len(points), bool)
+    centre = np.array([each.centre for each in known])
+    reach = thresholds.KNOWN_REACH * np.array([each.side for each in known])
+    near = np.abs(points[:, :1] - centre[:, 0]) <= reach
+    near &= np.abs(points[:, 1:] - centre[:, 1]) <= reach
+    free: Bools = ~near.any(1)
     return free

@@ -21,7 +21,8 @@ CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, 
     ({'outside': -0.4, 'likeness': 0.9, 'gap': 0.08}, False), ({'outside': -0.4, 'gap': 0.08}, True),
     # bent paper, with a code that is surely read: surplus 0.15 / 0.06 = 2.5; one that is not
     ({'outside': -0.4, 'likeness': 0.9, 'kept': 0.65}, True), ({'kept': 0.65, 'gap': 0.08}, False),
-    ({'outside': -0.6, 'likeness': 0.9}, False),
+    # paper that ends flush with one side before something dark; with two sides
+    ({'outside': -0.9, 'likeness': 0.9}, True), ({'outside': -0.9, 'outside_but_one': -0.6, 'likeness': 0.9}, False),
     ({'fit': 1.04}, True),
 ])
 def test_candidate_is_accepted(features, expected):

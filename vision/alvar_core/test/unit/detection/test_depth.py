@@ -9,6 +9,9 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import depth, pose
 from alvar_core.detection.detection import Detection
+from alvar_core.detection.detector import Detector
+from photo import with_gamma
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 CAMERA, SHAPE, SIZE = default_camera(), (480, 640), 0.1
 RAYS = np.concatenate([CAMERA.to_rays(np.stack(np.meshgrid(np.arange(640), np.arange(480)), -1).astype(float)),
@@ -99,6 +102,17 @@ def test_points_that_agree_remove_the_doubt():
     one.doubtful = True
     found = depth.measured(one, SIZE, CAMERA, depth.plane_on(Points(*POSE), one.corners, SHAPE))
     assert found.source == depth.BOTH and not found.detection.doubtful
+
+
+def test_points_correct_the_distance_if_it_is_unknown_whether_greys_are_light():
+    """A marker of 26 px says nothing about that: a camera with a gamma shows it too far away."""
+    place = rotations.facing(0.4, 1.0, 0.3), np.array([0.05, -0.04, 2.0])
+    picture = image_of(np.random.default_rng(1), CAMERA, [Placed(7, SIZE, *place)], Scene())
+    one, = Detector(SIZE).detect(with_gamma(picture, 2.2), CAMERA)
+    both = depth.measured(one, SIZE, CAMERA, depth.plane_on(Points(*place), one.corners, SHAPE)).detection
+    distance = np.linalg.norm(place[1])
+    assert np.linalg.norm(one.position - place[1]) > 0.0025 * distance
+    assert np.linalg.norm(both.position - place[1]) < 0.001 * distance
 
 
 def test_half_of_the_points_is_enough():

@@ -40,9 +40,8 @@ def covered(cover, grey=120):
 
 BAR = np.s_[170:215, 240:300]
 MADE = {  # image, resolution and margin of the detector: the threshold it misses, a part of the text
-    'too small': (picture(side=11, white=6), (5, 2), 'MIN_MARKER_AREA',
-                  'it is too small: 121 square pixels, more than 140 are needed (11 px wide, 1.2 px per cell'),
-    'blurred': (picture(side=20, blur=2.1), (5, 2), 'MAX_BLUR', 'it is blurred over'),
+    'too small': (picture(side=9, white=6), (5, 2), 'MIN_MARKER_AREA', 'square pixels, more than 80 are needed'),
+    'blurred': (picture(side=18, blur=2.4), (5, 2), 'MAX_BLUR', 'it is blurred over'),
     'blurred and large': (picture(blur=15), (5, 2), 'MIN_COARSE_FIT', 'its cells differ from every code word'),
     'covered border': (covered(BAR), (5, 2), 'UNLIKE.surplus', 'perhaps marker 42, but the best code word is hardly'),
     'no white margin': (picture(white=0, ground=25), (5, 2), 'MIN_SEEN_EDGES', 'of the edges of its cells are seen'),
