@@ -18,7 +18,8 @@ class NodeKind(NamedTuple):
     """One kind of node.
 
     ``key`` is its name in tables, ``node`` its name in ROS; ``package``, ``executable``: as for rosrun; ``arguments``:
-    parameters and remaps, in which {folder} stands for a folder with an image, {bundle} for the file of a bundle;
+    parameters and remaps, in which {folder} stands for a folder with an image, {bundle} for the file of a bundle,
+    {map} for that of a map;
     ``needs``: keys of the kinds that must run before it; ``published``, ``subscribed``, ``services``: names that it has
     registered once it runs; ``drives``: it moves a turtle or a robot, forever or until it has arrived; ``lesson``: it
     is a program for students to read, plain rospy, so it has to end in time and without a traceback, but neither
@@ -139,6 +140,16 @@ KINDS = (
     NodeKind('tf2_web', '/tf2_web_republisher', 'tf2_web_republisher', 'tf2_web_republisher',
              published=('/tf2_web_republisher/feedback',), subscribed=('/tf2_web_republisher/goal',),
              services=('/republish_tfs',)),
+    NodeKind('maps', '/map_server', 'map_server', 'map_server', ('{map}', '__name:=map_server'),
+             published=('/map', '/map_metadata'), services=('/static_map', '/change_map')),
+    NodeKind('mapping', '/slam_gmapping', 'gmapping', 'slam_gmapping',
+             ('_base_frame:=base_footprint', 'map:=/mapping/map', 'map_metadata:=/mapping/map_metadata',
+              '_transform_publish_period:=0'), needs=('robotont',),
+             published=('/mapping/map', '/mapping/map_metadata', '/slam_gmapping/entropy'), subscribed=('/scan',),
+             services=('/dynamic_map',)),
+    NodeKind('localisation', '/amcl', 'amcl', 'amcl', ('_base_frame_id:=base_footprint',), needs=('robotont',),
+             published=('/amcl_pose', '/particlecloud'), subscribed=('/scan', '/initialpose'),
+             services=('/global_localization', '/request_nomotion_update', '/set_map')),
     NodeKind('move_base', '/move_base', 'move_base', 'move_base',
              ('_global_costmap/robot_base_frame:=base_footprint', '_local_costmap/robot_base_frame:=base_footprint'),
              needs=('robotont',), published=('/cmd_vel', '/move_base/current_goal'),
@@ -186,12 +197,16 @@ def in_order(keys):
 
 def arguments(kind, folder):
     """Return the arguments of a kind's command; ``folder`` contains the image for usb_cam."""
-    return [argument.format(folder=folder, bundle=_bundle() if '{bundle}' in argument else '')
-            for argument in kind.arguments]
+    return [argument.format(folder=folder, bundle=_bundle() if '{bundle}' in argument else '',
+                            map=_map() if '{map}' in argument else '') for argument in kind.arguments]
 
 
 def _bundle():
     return os.path.join(rospkg.RosPack().get_path('ar_track_alvar'), 'bundles', 'board.xml')
+
+
+def _map():
+    return os.path.join(rospkg.RosPack().get_path('map_server'), 'test', 'rostest', 'data', 'turned.yaml')
 
 
 def on_turtle(kind, turtle):

@@ -21,7 +21,8 @@ OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of th
     'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',
     'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
     'turtle_tf2_listener_wait.py'}
-SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
+SHORT_LIVED = {'set_pen.py',  # calls once and ends, without the service after 10 s
+               'map_saver'}  # writes one map and ends
 
 
 def test_every_node_is_in_the_table():
