@@ -69,7 +69,7 @@ def test_classes_are_scored_once_and_shown():
     assert pool['class_wrong'] == pool['class_false'] == [0]
     assert suite_markers.MEASUREMENTS['classes'].run(None, count) == pool
     lines = suite_markers.preface({OURS: pool}).splitlines()
-    assert lines[0].startswith('By class, development half') and lines[2].startswith('even         100.0')
+    assert lines[0].startswith('By class, development half') and lines[2].startswith('even           100.0')
 
 
 def test_every_id_is_in_the_baselines_dictionary():
