@@ -4,7 +4,6 @@ import os
 from typing import NamedTuple
 
 import numpy as np
-from robotont_gazebo.core.worlds import load_world
 
 from kinematic_core.worlds.floor_plan import corners
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
@@ -13,6 +12,7 @@ from kinematic_core.worlds.rays import FARTHEST, FIRST_ANGLE, LAST_ANGLE, NEARES
 from kinematic_core.worlds.robot_world import RobotWorld
 from navigation_core.poses import Pose
 from navigation_core.scans import usable
+from sim_scene.worlds import load_world
 
 WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))),
                       'simulation', 'robotont_gazebo', 'worlds')

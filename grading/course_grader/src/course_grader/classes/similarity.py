@@ -96,8 +96,9 @@ def side_by_side(pair: Pair) -> str:
     lines = [harmless.plain(text).splitlines() for text in pair.texts]
     if any(len(one) > MAX_LINES or max(map(len, one), default=0) > MAX_LINE for one in lines):
         return ''
+    first, second = lines
     return difflib.HtmlDiff(tabsize=4, wrapcolumn=COLUMNS).make_file(
-        *lines, harmless.plain(html.escape(pair.first)), harmless.plain(html.escape(pair.second)))
+        first, second, harmless.plain(html.escape(pair.first)), harmless.plain(html.escape(pair.second)))
 
 
 def table(found: Sequence[Pair], files: Sequence[str]) -> List[Sequence[str]]:
