@@ -22,7 +22,8 @@ OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of th
     'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
     'turtle_tf2_listener_wait.py'}
 BY_THEMSELVES = {  # nodes that only their own rostests start, as they need a device, a scene or a robot
-    'fake_localization', 'gazebo', 'gazebo_cameras', 'gzclient', 'gzserver', 'joy_node', 'uvc_camera_node', 'video_stream'}
+    'fake_localization', 'gazebo', 'gazebo_cameras', 'gzclient', 'gzserver', 'joy_node', 'uvc_camera_node',
+    'video_stream'}
 SHORT_LIVED = {'set_pen.py', 'spawn_model',  # calls once and ends, without the service after 10 s
                'map_saver'}  # writes one map and ends
 
