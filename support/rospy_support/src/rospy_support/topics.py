@@ -1,4 +1,5 @@
 """Publishers for high rates and for the time of the shutdown, and a listener for new subscriptions."""
+import contextlib
 import socket
 
 import rospy
@@ -78,7 +79,8 @@ class LatestPublisher(rospy.Publisher):
                 pass
             except (OSError, AttributeError):  # the subscriber has gone; the socket is None once rospy has closed it
                 self._unsent.pop(connection, None)
-                connection.close()
+                with contextlib.suppress(AttributeError, TypeError):  # another thread closes the topic: no more lists
+                    connection.close()
 
     def _send_rest(self, connection):
         """Send the rest of an incomplete message; the new message is dropped, so that the stream stays valid."""

@@ -274,6 +274,24 @@ def test_broken_connection_is_closed_and_forgotten_with_what_it_had_not_taken(pu
     assert publisher._unsent == {}
 
 
+class ClosesTopic(ScriptedSocket):
+    """A socket that breaks because another thread closes the topic, which has just set its lists to None."""
+
+    def __init__(self, topic):
+        super().__init__([])
+        self._topic = topic
+
+    def send(self, data, flags):
+        self._topic.subscriber_listeners = None
+        raise BrokenPipeError
+
+
+def test_a_topic_that_is_closed_while_it_is_published_ends_no_node(publisher, subscribe):
+    connection = subscribe(own=ClosesTopic(publisher.impl))
+    publisher.publish(text(1))
+    assert connection.done and not publisher.wanted()
+
+
 def test_connection_removed_by_rospy_is_forgotten_with_what_it_had_not_taken(publisher, subscribe):
     connection = subscribe(own=ScriptedSocket([10]))
     publisher.publish(text(0))
