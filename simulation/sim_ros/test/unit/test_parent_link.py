@@ -56,7 +56,8 @@ def test_poses_come_of_the_vehicles_that_are_watched(parent):
         {'steps': 2, 'poses': {'turtle2': [3.0, 4.0, 0.0]}}]
     assert not parent.link.answers  # after the third step
     parent.send(step=1)
-    assert 'poses' in parent.received() and parent.link.answers
+    assert ['poses' in parent.received() for _ in range(3)] == [True, False, False]  # then the step is over
+    assert parent.link.answers
 
 
 def test_time_continues_when_the_parent_says_so(parent):
