@@ -31,7 +31,7 @@ class SlaveGuard:
         SlaveServer.allows = staticmethod(self.allows)
 
     def trust(self, pid):
-        """Take a process, such as the master, for one of the grading."""
+        """Count a process, such as the master, as part of the grading."""
         self._own.add(pid)
 
     def allows(self, method, connection):

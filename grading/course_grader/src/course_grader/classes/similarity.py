@@ -3,7 +3,7 @@
 Programs are compared as lists of tokens, without comments, layout, and the names of variables: what two have in common
 is the share of runs of RUN tokens of the shorter one. Runs that many students have are the task's, such as those of a
 program that was shown in the course, and do not count (as moss and others do it). It is a reason to look at both, and
-no proof: two short programs for one task may be equal by chance.
+not a proof: two short programs for one task may be equal by chance.
 """
 import collections
 import difflib
@@ -21,8 +21,8 @@ from course_grader.formats import harmless
 from course_grader.isolation import student_files, view
 
 RUN = 10  # tokens
-LEAST = 0.8  # share from which a pair is told: of 889 pairs of programs by five authors two have more, one of which was
-             # made of the other; the next has 0.64, and with 0.6 four have more
+LEAST = 0.8  # share from which a pair is reported: of 889 pairs of programs by five authors two have more, and one of
+             # them was derived from the other; the next has 0.64, and with 0.6 four have more
 ENOUGH = 40  # runs that count, of a program that is compared
 COMMON, COMMON_SHARE = 3, 0.1  # students, and share of them, from which on a run is the task's
 SKIPPED = tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, tokenize.ENDMARKER
@@ -57,7 +57,7 @@ def tokens(source: str) -> List[str]:
                 found.append(token.string if attribute else 'v')
             elif token.type not in SKIPPED:
                 found.append(LAYOUT.get(token.type, token.string))
-    except (tokenize.TokenError, SyntaxError, ValueError):  # no Python, or not complete
+    except (tokenize.TokenError, SyntaxError, ValueError):  # not Python, or incomplete
         return re.findall(r'\w+|\S', source)
     return found
 

@@ -9,7 +9,7 @@ import re
 FORBIDDEN = re.compile('[\x00-\x08\x0b-\x1f\x7f-\x9f'  # control characters, except tab and line feed
                        '\u2028-\u202e\u2066-\u2069\u061c\u200e\u200f'  # line separators; direction of writing
                        '\u200b\ufeff'  # spaces without a width
-                       '\ud800-\udfff\ufffe\uffff]')  # no characters, such as undecodable bytes
+                       '\ud800-\udfff\ufffe\uffff]')  # not characters, such as undecodable bytes
 MARK = re.compile(r'(^[^\S\n]*:(?=:)'  # a workflow command starts a line with ::
                   r'|#(?=#\w*\[)'  # its older form, of TeamCity and Azure, too, stands anywhere
                   r'|:(?==>>)|<(?=\|--)|--(?=\|>))', re.MULTILINE)  # VPL: a grade or a comment, a block of comments

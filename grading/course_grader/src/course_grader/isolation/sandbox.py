@@ -350,7 +350,7 @@ class Student:
     def trouble(self) -> str:
         """Return how it failed; '' while it runs and after success.
 
-        rospy.signal_shutdown in a callback ends a loop of the main thread with an exception, which is no failure.
+        rospy.signal_shutdown in a callback ends a loop of the main thread with an exception, which is not a failure.
         """
         if self.exceeded_limit():
             return self.exceeded_limit()
