@@ -15,8 +15,8 @@ from course_grader.isolation.limits import MEGABYTE, Limits
 
 HOME, TEMPORARY = '/student', '/tmp'  # inside
 KILLS = 3  # one is enough, unless a process is just being started
-LOCKS = '/run/turtle_robotont', '/tmp/turtle_robotont_users'  # folders of root, the first available one; the process that
-                                                              # has locked the file in it owns the user
+LOCKS = '/run/turtle_robotont', '/tmp/turtle_robotont_users'  # folders of root: the first available one; the process
+                                                              # that has locked a file there owns the user
 WRITABLE = '/tmp', '/var/tmp', '/dev/shm', '/dev/mqueue', '/run/lock'  # folders in which every user may write
 
 
