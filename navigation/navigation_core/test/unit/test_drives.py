@@ -24,6 +24,17 @@ def test_robot_drives_around_a_box_that_is_not_on_the_map():
     assert drive.length > 2.1  # 2 m straight on
 
 
+def test_robot_that_was_driven_against_a_wall_gets_away_from_it():
+    """It stands closer to the wall than the radius that the costmap counts with, and looks along it."""
+    robot = SimulatedRobot(1)
+    robot.world.place(-2.0, -2.0, 0.0)
+    for _ in range(600):
+        robot.world.command(0.0, -0.4, 0.0)
+        robot.world.step()
+    drive = robot.drive(Pose(-1.0, -2.0, 0.0))
+    assert drive.reached and not drive.collisions
+
+
 def test_robot_that_is_carried_away_plans_again():
     robot = SimulatedRobot(1)
     robot.drive(Pose(-1.5, 1.5, 0.0))

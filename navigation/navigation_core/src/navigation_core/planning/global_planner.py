@@ -26,7 +26,8 @@ class Plan(NamedTuple):
 def plan(costmap: Costmap, start: Point, goal: Point, tolerance: float = 0.0, allow_unknown: bool = True) -> Plan:
     """Return the Plan between two points [m]; it may end at most ``tolerance`` [m] beside the goal.
 
-    The robot's middle avoids cells of the cost INSCRIBED or more. The start's own cell is not tested.
+    The robot's middle avoids cells of the cost INSCRIBED or more; a robot that stands on one, because it was driven
+    against a wall, may take the shortest way out. The start's own cell is not tested.
     """
     ends: List[Tuple[int, int]] = []
     for name, (x, y) in (('start', start), ('goal', goal)):
@@ -47,6 +48,8 @@ def plan(costmap: Costmap, start: Point, goal: Point, tolerance: float = 0.0, al
     if not len(goals):
         kind = 'an unknown cell' if unknown[ends[1]] else 'an obstacle, or closer to one than the radius of the robot'
         return Plan(None, f'the goal ({goal[0]:.2f}, {goal[1]:.2f}) is in {kind}')
+    if costs[ends[0]] >= INSCRIBED:
+        weights[_way_out(costs, ends[0])] = NEUTRAL + FACTOR * INSCRIBED
     weights[ends[0]] = min(weights[ends[0]], NEUTRAL + FACTOR * INSCRIBED)
     cells = _cheapest(weights, ends[0], goals)
     if cells is None:
@@ -62,6 +65,15 @@ def plan(costmap: Costmap, start: Point, goal: Point, tolerance: float = 0.0, al
 def length(path: Array) -> float:
     """Return the length [m] of a path."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
+def _way_out(costs: Array, start: Tuple[int, int]) -> Array:
+    """Return the mask of the cells without an obstacle that are no farther from ``start`` than the next free one."""
+    rows, columns = np.indices(costs.shape)
+    away = np.hypot(rows - start[0], columns - start[1])
+    nearest = away[costs < INSCRIBED].min(initial=np.inf)
+    result: Array = (costs == INSCRIBED) & (away <= nearest + 1.5)
+    return result
 
 
 def _part(costmap: Costmap, ends: List[Tuple[int, int]]) -> Tuple[Tuple[int, int], Array]:
