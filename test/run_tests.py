@@ -36,8 +36,8 @@ def commands(options):
     jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count() + 1
     if few:
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
-    # some units wait, too: one process more than processors
-    computing = pytest(options, 'computing', kinds.COMPUTING, '-n', os.cpu_count() + 1, '--dist', 'worksteal')
+    # each process imports all tests: no more of them than processors
+    computing = pytest(options, 'computing', kinds.COMPUTING, '-n', os.cpu_count(), '--dist', 'worksteal')
     if options.fast:
         return {'computing': computing}
     return {'computing': ['nice', '-n', str(NICE), *computing],
