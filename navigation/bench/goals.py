@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
+import maze_drive
 from figures import Figure, Target, median, p95
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
-from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import RobotWorld
-from kinematic_core.worlds.world_format import parse
 from navigation_core.maps.grid_map import GridMap
 from navigation_core.planning import global_planner
 from navigation_core.planning.costmap import Costmap, Inflation
@@ -27,7 +26,6 @@ from navigation_core.planning.navigator import Navigator, Patience, State
 from navigation_core.poses import Pose, wrap
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-WORLD = REPOSITORY / 'simulation' / 'robotont_gazebo' / 'worlds' / 'minimaze.yaml'
 CONFIG = REPOSITORY / 'navigation' / 'robotont_navigation' / 'config'
 RESOLUTION, SIZE = 0.05, 160  # [m], cells
 GOALS = 2.6  # [m] they are within +- this of the middle
@@ -35,7 +33,6 @@ LONGEST = 120.0  # [s] for a goal
 CLOSE = 0.1  # [m, rad]
 DETOUR = 1.2  # times the shortest path
 SHORT = 0.5  # [m] shorter paths are not compared
-START = Pose2D(-2.0, 0.0, 0.0)
 OBSERVE, CONTROL = 0.2, 0.1  # [s] between two scans, two commands
 
 
@@ -91,9 +88,9 @@ def true_map(plan):
 class SimulatedRobot:
     """A robot in the minimaze and the World of its Navigator."""
 
-    def __init__(self, seed, start=START, unmapped=()):
+    def __init__(self, seed, start=maze_drive.START, unmapped=()):
         """``unmapped``: Boxes that are not on the map."""
-        mapped = parse(yaml.safe_load(WORLD.read_text()))
+        mapped = maze_drive.plan()
         plan = mapped._replace(boxes=(*mapped.boxes, *unmapped))
         self.settings, patience, footprint, inflation = configured()
         self.world = RobotWorld(plan, start, watchdog=math.inf)

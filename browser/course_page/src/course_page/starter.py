@@ -18,6 +18,7 @@ from rosbridge_core import web
 
 LAST_LINES = 12  # of a program's output
 LARGEST = 200  # [characters] of a line
+TAIL = 16384  # [bytes] of the output in which they are looked for, once a second for each page
 MAX_BAGS = 20  # the newest ones of the folder
 CONTROL = re.compile(r'\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07')  # colours and the title of the terminal
 
@@ -97,7 +98,7 @@ class Starter:
 
     def _output(self, name):
         process = self._processes.get(name)
-        lines = CONTROL.sub('', process.output() if process else '').strip().splitlines()
+        lines = CONTROL.sub('', process.output(TAIL) if process else '').strip().splitlines()
         return '\n'.join(line[:LARGEST] for line in lines[-LAST_LINES:])
 
     def start(self, name):

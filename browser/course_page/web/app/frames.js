@@ -25,7 +25,8 @@ export class Frames {
   }
 }
 
-function bare(name) {
+// Return the name of a frame without the leading slash of tf's older programs.
+export function bare(name) {
   return name.replace(/^\//, '');
 }
 

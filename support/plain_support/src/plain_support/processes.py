@@ -10,6 +10,7 @@ detaches is still a descendant.
 import contextlib
 import ctypes
 import glob
+import io
 import os
 import signal
 import subprocess
@@ -199,10 +200,12 @@ class BackgroundProcess:
         """Return its process id."""
         return self.process.pid
 
-    def output(self) -> str:
-        """Return its output so far."""
-        with open(self._log, encoding='utf-8', errors='replace') as file:
-            return file.read()
+    def output(self, most: Optional[int] = None) -> str:
+        """Return its output so far, or at most the last ``most`` [bytes] of it."""
+        with open(self._log, 'rb') as file:
+            if most is not None:
+                file.seek(max(0, os.fstat(file.fileno()).st_size - most))
+            return io.TextIOWrapper(file, encoding='utf-8', errors='replace').read()
 
     def last_line(self) -> str:
         """Return the last line of its output."""

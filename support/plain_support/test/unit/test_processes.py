@@ -62,6 +62,12 @@ def other_with_number(pid):
     return process
 
 
+def test_the_end_of_a_long_output(start):
+    process = start('print("a" * 9); print("end")')
+    process.process.wait()
+    assert (process.output(4), process.output(6), process.output(99)) == ('end\n', 'a\nend\n', 'a' * 9 + '\nend\n')
+
+
 def test_output_and_end_of_a_background_process(start):
     process = start('import sys; print("one"); print("two", file=sys.stderr); sys.exit(3)')
     until(lambda: not process.runs())

@@ -1,4 +1,5 @@
 // The tree of frames that /tf and /tf_static describe.
+import {bare, heading} from '../../app/frames.js';
 
 const SPAN = 5; // s over which a rate is measured
 const OLD = 5; // s without a message after which a frame that moves counts as lost
@@ -70,12 +71,9 @@ export function rateOf({times}) {
 }
 
 // Return roll, pitch and yaw [rad] of a quaternion: fixed axes x, y, z, as euler_from_quaternion returns them.
-export function rollPitchYaw({x, y, z, w}) {
+export function rollPitchYaw(rotation) {
+  const {x, y, z, w} = rotation;
   return [Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
           Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x)))),
-          Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))];
-}
-
-function bare(name) {
-  return name.replace(/^\//, '');
+          heading(rotation)];
 }
