@@ -13,7 +13,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from unit_support.imports import imported, imports_in, imports_of, in_standard_library, top, tree_of
+from unit_support.imports import imported, imports_in, imports_of, in_standard_library, nodes_of, top, tree_of
 from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY, ROOMS, later_than
 
 OURS = set(PACKAGES)
@@ -53,7 +53,6 @@ PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',))  # of commands
 EXTRAS = {'gymnasium', 'Jinja2'}  # of kinematic_core; Debian's python3-jinja2 is there where the tests' one is not
-OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start
 MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress')
@@ -248,7 +247,7 @@ def test_programs_are_executable_and_find_their_python(package):
 def test_modules_parse_with_the_oldest_python(folder):
     for path in MODULES:
         if path.relative_to(REPOSITORY).parts[0] == folder:
-            ast.parse(path.read_text(encoding='utf-8'), name_of(path), feature_version=OLDEST_PYTHON)
+            tree_of(path)
 
 
 @functools.lru_cache(maxsize=None)
@@ -326,11 +325,11 @@ def dotted(node):
     return node.id if isinstance(node, ast.Name) else ''
 
 
-def private_parts(tree):
-    """Return what parsed Python source uses of rospy that is not its documented interface."""
-    named = {dotted(node) for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name))} | imports_in(tree)
+def private_parts(nodes):
+    """Return what the nodes of parsed Python source use of rospy that is not its documented interface."""
+    named = {dotted(node) for node in nodes if isinstance(node, (ast.Attribute, ast.Name))} | imports_in(nodes)
     found = {name for name in named for module in PRIVATE_MODULES if name == module or name.startswith(f'{module}.')}
-    return found | {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)
+    return found | {node.attr for node in nodes if isinstance(node, ast.Attribute)
                     and node.attr in PRIVATE_ATTRIBUTES}
 
 
@@ -343,13 +342,13 @@ def private_parts(tree):
     ('message._connection_header["callerid"]', {'_connection_header'}),
 ])
 def test_private_parts_are_found(source, found):
-    assert private_parts(ast.parse(source)) == found
+    assert private_parts(list(ast.walk(ast.parse(source)))) == found
 
 
 @pytest.mark.parametrize('name', FILES)
 def test_one_place_uses_private_parts_of_rospy(name):
     taught = {'_connection_header'} if name == 'rospy_tutorials' else set()  # by its 007_connection_header
-    found = {name_of(path): private_parts(tree_of(path)) - taught for path in FILES[name]
+    found = {name_of(path): private_parts(nodes_of(path)) - taught for path in FILES[name]
              if 'test' not in parts_of(path)}
     assert {path: parts for path, parts in found.items() if parts and not path.startswith((INTERNALS, REPAIR))} == {}, \
         f'use or extend {INTERNALS}'
@@ -359,13 +358,14 @@ def test_one_place_uses_private_parts_of_rospy(name):
 def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(name):
     """Lessons are plain rospy."""
     nodes = [path for path in FILES[name] if not TESTING & parts_of(path) and path not in LESSONS.get(name, ())
-             and any(dotted(node) == 'rospy.init_node' for node in ast.walk(tree_of(path)))]
+             and any(dotted(node) == 'rospy.init_node' for node in nodes_of(path))]
     assert [name_of(path) for path in nodes if 'servers.protect()' not in path.read_text(encoding='utf-8')] == [], \
         'call nodes.init_node, or servers.protect() before it'
 
 
 # ------------------------------------------------------------------------------------------------------- classes
 
+@functools.lru_cache(maxsize=None)
 def set_in_init(definition):
     """Return the private attributes of self that ``__init__`` of a class sets itself."""
     return {target.attr for node in definition.body if getattr(node, 'name', '') == '__init__'
@@ -373,37 +373,37 @@ def set_in_init(definition):
             and dotted(target) == f'self.{target.attr}' and target.attr.startswith('_')}
 
 
-def set_twice(trees):
+def set_twice(modules):
     """Return (class, base, attributes) of each class whose ``__init__`` sets private attributes that a base sets, too.
 
-    Each then overwrites the state of the other. ``trees`` are parsed modules; a base is looked for in the same module,
+    Each then overwrites the state of the other. ``modules`` are the nodes of each; a base is looked for in the same module,
     then by its name everywhere.
     """
     classes = {}
-    for tree in trees:
-        for node in ast.walk(tree):
+    for nodes in modules:
+        for node in nodes:
             if isinstance(node, ast.ClassDef):
-                classes.setdefault(node.name, []).append((tree, node))
+                classes.setdefault(node.name, []).append((nodes, node))
 
-    def bases_of(tree, node):
+    def bases_of(nodes, node):
         for base in node.bases:
             named = classes.get(dotted(base).rpartition('.')[2], [])
-            for found in [(place, one) for place, one in named if place is tree] or named:
+            for found in [(place, one) for place, one in named if place is nodes] or named:
                 if found[1] is not node:
                     yield found[1]
                     yield from bases_of(*found)
-    return [(name, base.name, sorted(both)) for name, found in classes.items() for tree, node in found
-            for base in bases_of(tree, node) if (both := set_in_init(node) & set_in_init(base))]
+    return [(name, base.name, sorted(both)) for name, found in classes.items() for nodes, node in found
+            for base in bases_of(nodes, node) if (both := set_in_init(node) & set_in_init(base))]
 
 
 def test_attributes_set_twice_are_found():
     source = '\n'.join(f'class {name}:\n def __init__(self):\n  {body}' for name, body in (
         ('A', 'self._x = self._y = None'), ('B(A)', 'self.x = self._z = 1'), ('C(B)', 'self._x, self._z = 1, 2')))
-    assert set_twice([ast.parse(source)]) == [('C', 'B', ['_z']), ('C', 'A', ['_x'])]
+    assert set_twice([list(ast.walk(ast.parse(source)))]) == [('C', 'B', ['_z']), ('C', 'A', ['_x'])]
 
 
 def test_no_class_overwrites_the_state_of_its_base():
-    assert set_twice([tree_of(path) for path in MODULES]) == [], 'rename them in one of the classes'
+    assert set_twice([nodes_of(path) for path in MODULES]) == [], 'rename them in one of the classes'
 
 
 def test_root_holds_no_pictures():

@@ -1,4 +1,6 @@
 """All pages of the documentation: links, anchors, names of files and nodes, exercises, the parameters of checks."""
+import fnmatch
+import functools
 import importlib.util
 import os
 import pathlib
@@ -68,6 +70,12 @@ def dead_links(text, folder):
     return dead
 
 
+@functools.lru_cache(maxsize=None)
+def names_below(root):
+    """Return the names of all files and folders below a folder."""
+    return {name for _, folders, files in os.walk(root) for name in (*folders, *files)}
+
+
 def dead_names(text, folder, root=REPOSITORY):
     """Return the file names in backticks that do not exist below the folder of the page or the repository."""
     dead = []
@@ -76,8 +84,8 @@ def dead_names(text, folder, root=REPOSITORY):
         if not FILE_NAME.search(name) or stands_for_many or name in MADE_BY_RUNNING or name.startswith(('~', '/', '.')):
             continue
         path = name.rstrip('/')
-        found = [*folder.glob(path), *root.glob(path)]
-        if not found and name not in OF_THE_READER and ('/' in path or not any(root.rglob(path))):
+        below = fnmatch.filter(names_below(root), path)
+        if name not in OF_THE_READER and not below and not [*folder.glob(path), *root.glob(path)]:
             dead.append(name)
     return dead
 

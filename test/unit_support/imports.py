@@ -5,18 +5,19 @@ import importlib.util
 import pathlib
 import sysconfig
 
+OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 WITH_DOCSTRING = ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef
 
 
 def imported(source, package=''):
     """Return the dotted names of everything that Python source imports, wherever in it; of ``package`` itself."""
-    return imports_in(ast.parse(source), package)
+    return imports_in(ast.walk(ast.parse(source)), package)
 
 
-def imports_in(tree, package=''):
-    """Return what ``imported`` does, of parsed source."""
+def imports_in(nodes, package=''):
+    """Return what ``imported`` does, of the nodes of parsed source."""
     names = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -25,24 +26,30 @@ def imports_in(tree, package=''):
     return names
 
 
-def strings_in(tree):
-    """Return the strings of parsed source that are not docstrings."""
-    docstrings = {id(node.body[0].value) for node in ast.walk(tree) if isinstance(node, WITH_DOCSTRING)
+def strings_in(nodes):
+    """Return the strings among the nodes of parsed source that are not docstrings."""
+    docstrings = {id(node.body[0].value) for node in nodes if isinstance(node, WITH_DOCSTRING)
                   and node.body and isinstance(node.body[0], ast.Expr)}
-    return {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    return {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
             and id(node) not in docstrings}
 
 
 @functools.lru_cache(maxsize=None)
 def tree_of(path):
-    """Return the parsed source of a Python file."""
-    return ast.parse(path.read_text(encoding='utf-8'))
+    """Return the source of a Python file, parsed as the oldest Python does; raise SyntaxError if it would."""
+    return ast.parse(path.read_text(encoding='utf-8'), str(path), feature_version=OLDEST_PYTHON)
+
+
+@functools.lru_cache(maxsize=None)
+def nodes_of(path):
+    """Return all nodes of the parsed source of a Python file."""
+    return tuple(ast.walk(tree_of(path)))
 
 
 @functools.lru_cache(maxsize=None)
 def imports_of(path):
     """Return the dotted names that a Python file imports."""
-    return frozenset(imports_in(tree_of(path), path.parent.name))
+    return frozenset(imports_in(nodes_of(path), path.parent.name))
 
 
 def top(name):

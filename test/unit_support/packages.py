@@ -5,7 +5,7 @@ import pathlib
 import re
 from xml.etree import ElementTree
 
-from unit_support.imports import imports_of, in_standard_library, strings_in, tree_of
+from unit_support.imports import imports_of, in_standard_library, nodes_of, strings_in
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
@@ -21,6 +21,7 @@ OPENED = {  # (package, package of a later room that one of its launch files sta
 }
 COMMAND = re.compile(r'\b(?:rosrun|roslaunch) (\w+)')
 PYTHON = b'#!/usr/bin/env python3'
+once = functools.lru_cache(maxsize=None)  # of methods: the packages live as long as the tests
 
 
 class Package:
@@ -36,7 +37,7 @@ class Package:
     def is_stand_in(self):
         return 'stand-in for' in self.xml.findtext('description')
 
-    @functools.lru_cache(maxsize=None)  # noqa: B019  the packages live as long as the tests
+    @once
     def files(self):
         """Return its files, without those of its tests."""
         folders = [self.folder / name for name in OF_THE_COURSE] if self.name == COURSE else [self.folder]
@@ -54,14 +55,17 @@ class Package:
         found = re.search(r'find_package\(catkin REQUIRED COMPONENTS ([^)]*)\)', text)
         return set(found.group(1).split()) if found else set()
 
+    @once
     def python(self):
         """Return its Python files: modules and programs."""
         return [path for path in self.files() if path.name != 'setup.py' and is_python(path)]
 
+    @once
     def imports(self):
         """Return the dotted names that its modules and programs import, without the standard library."""
         return {name for path in self.python() for name in imports_of(path) if not in_standard_library(name)}
 
+    @once
     def launched(self):
         """Return the packages that its launch files and robot descriptions start or find."""
         found = set()
@@ -77,9 +81,10 @@ class Package:
                  for name in re.findall(r'^(\w+/\w+|Header)\b', path.read_text(encoding='utf-8'), re.MULTILINE)}
         return {'std_msgs' if name == 'Header' else name.partition('/')[0] for name in types}
 
+    @once
     def named(self):
         """Return the names in strings of its Python files: words, modules, types, and programs in commands."""
-        strings = {text for path in self.python() for text in strings_in(tree_of(path))}
+        strings = {text for path in self.python() for text in strings_in(nodes_of(path))}
         return ({re.split('[./]', text)[0] for text in strings if re.fullmatch(r'\w+(\.\w+)*|\w+/\w+', text)}
                 | {name for text in strings for name in COMMAND.findall(text)})
 
