@@ -1,6 +1,6 @@
-"""Run the tests in the built workspace, as ./run test does: pytest twice at once.
+"""Run the tests in the built workspace, as ./run test does: several runs of pytest at once.
 
-One run has the tests that only compute, at a lower priority, while the nodes of the other run wait.
+The tests that only compute have a run for each processor, at a lower priority, while the nodes of another run wait.
 """
 import argparse
 import os
@@ -36,11 +36,16 @@ def commands(options):
     jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count() + 1
     if few:
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
-    # each process imports all tests: no more of them than processors
-    computing = pytest(options, 'computing', kinds.COMPUTING, '-n', os.cpu_count(), '--dist', 'worksteal')
+    # by size, which shares them well; without xdist, as it takes 3 ms for each of thousands of tests that take 5
+    tests = sorted((path for path in files(options.names) if kinds.kind_of(path) in kinds.COMPUTING
+                    and not (options.fast and kinds.is_slow(path))), key=lambda path: path.stat().st_size)
+    shares = [tests[number::os.cpu_count()] for number in range(os.cpu_count())]
+    shares[0] = [kinds.CASES / 'test_check.py', *shares[0]]
+    runs = {f'computing_{number}': pytest(options, f'computing_{number}', kinds.COMPUTING, *share)
+            for number, share in enumerate(shares) if share}
     if options.fast:
-        return {'computing': computing}
-    return {'computing': ['nice', '-n', str(NICE), *computing],
+        return runs
+    return {**{name: ['nice', '-n', str(NICE), *command] for name, command in runs.items()},
             'waiting': pytest(options, 'waiting', WAITING, '-v', '-n', jobs, '--dist', 'worksteal')}
 
 

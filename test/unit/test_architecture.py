@@ -376,8 +376,8 @@ def set_in_init(definition):
 def set_twice(modules):
     """Return (class, base, attributes) of each class whose ``__init__`` sets private attributes that a base sets, too.
 
-    Each then overwrites the state of the other. ``modules`` are the nodes of each; a base is looked for in the same module,
-    then by its name everywhere.
+    Each then overwrites the state of the other. ``modules`` are the nodes of each; a base is looked for in the same
+    module, then by its name everywhere.
     """
     classes = {}
     for nodes in modules:

@@ -108,10 +108,21 @@ def names_of_runs(*arguments):
     return list(run_tests.commands(run_tests.parse(['--results', '/x', *arguments])))
 
 
-def test_what_computes_runs_beside_what_waits():
-    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == ['computing', 'waiting']
-    assert names_of_runs('--fast') == ['computing']
+def test_what_computes_runs_beside_what_waits(monkeypatch):
+    monkeypatch.setattr(os, 'cpu_count', lambda: 2)
+    computing = ['computing_0', 'computing_1']
+    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*computing, 'waiting']
+    assert names_of_runs('--fast') == computing
     assert names_of_runs('test_collection.py') == ['tests']
+
+
+@pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])
+def test_the_runs_share_the_files_of_units(options):
+    commands = run_tests.commands(run_tests.parse(['--results', '/x', *options]))
+    shared = [path for name, command in commands.items() if name != 'waiting' for path in command if '/test_' in path]
+    wanted = [str(path) for path in run_tests.files([name for name in options if name != '--fast'])
+              if path.suffix == '.py' and not ('--fast' in options and kinds.is_slow(path))]
+    assert sorted(shared) == sorted([*wanted, str(kinds.CASES / 'test_check.py')]) and len(wanted) > 10
 
 
 def run_of(code, *failed):
