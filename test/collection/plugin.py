@@ -1,4 +1,5 @@
 """The hooks of pytest: options, kinds, timeouts, skipped tests, and the end of left-over processes."""
+import collections
 import os
 import re
 import shutil
@@ -110,12 +111,19 @@ def _missing_import(text):
 def pytest_collection_modifyitems(config, items):
     """Mark the items, take the selected ones, and put those first that take longest."""
     names, kept, left = config.getoption('select'), [], []
+    cases = collections.Counter()
     for item in items:
         item.kind = kinds.kind_of(item.path)
         item.add_marker(item.kind)
         if kinds.is_slow(item.path):
             item.add_marker('slow')
         item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))
+        one_in = item.get_closest_marker('one_in')
+        if one_in:
+            test = item.path, item.originalname
+            if cases[test] % one_in.args[0]:
+                item.add_marker('release')
+            cases[test] += 1
         (kept if _is_wanted(item, names, config) else left).append(item)
     config.hook.pytest_deselected(items=left)
     items[:] = _longest_first(kept)

@@ -99,6 +99,12 @@ def test_all_of_a_release_is_more():
     assert len(pages) == 3 == len(collected('-m', 'release', 'test/cases/test_page.py'))
 
 
+def test_a_change_runs_some_of_the_cases():
+    file, test = 'test/unit/test_root_package.py', 'test_without_turtlesim_cmake_stops_and_says_what_to_type'
+    some, every = ([name for name in collected(*options, file) if test in name] for options in ([], ['--all']))
+    assert some == every[::2] and len(every) == 2
+
+
 def test_slow_files_exist():
     files = {path.name for path in kinds.REPOSITORY.glob('**/test_*.py')}
     assert set(kinds.SLOW) <= files and not any(path.name in kinds.SLOW for path in kinds.CASES.iterdir())

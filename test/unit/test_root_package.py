@@ -56,6 +56,7 @@ def interfaces(source, name, origin):
 
 
 @pytest.mark.parametrize('tool', ['catkin_make', 'catkin_make_isolated'])
+@pytest.mark.one_in(2)
 def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
     workspace = make_workspace(tmp_path)
     result = run(tool, folder=workspace)

@@ -9,7 +9,7 @@ import rosgraph
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from nav_msgs.msg import Odometry
 
-from rostest_support.common import Collected, Process, run, until
+from rostest_support.common import Collected, Process, release, run, until
 from rostest_support.robot import RobotCase
 
 POSITION_TOLERANCE = 0.015  # of the distance: of a marker seen from the side
@@ -47,6 +47,7 @@ class LaunchArTest(RobotCase):
         self.assertLess(twist.linear.x, 0.1 + 1e-9)
         self.assertLess(twist.angular.z, 0.0, 'the marker is to the right')
 
+    @release
     def test_launch_drive_robot_shape(self):
         """The simulator with it, faster than real time: the robot passes the corners, and all ends by itself."""
         truth = Collected('/robotont_gazebo/ground_truth', Odometry)

@@ -96,6 +96,7 @@ def test_a_class_gets_its_table(tmp_path):
 
 
 @pytest.mark.parametrize('text', ['sys.exit(0)', 'raise RuntimeError', 'os.kill(os.getpid(), signal.SIGKILL)'])
+@pytest.mark.one_in(3)
 def test_an_attempt_that_crashes_leaves_it_undecided(tmp_path, text):
     code, printed, rows = grade(tmp_path, {'anna': text, 'ben': PASS})
     assert code == 3
@@ -219,6 +220,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
 ])
+@pytest.mark.one_in(4)
 def test_wrong_usage_is_explained(tmp_path, arguments, said):
     a_class(tmp_path, {'anna': PASS})
     (tmp_path / 'broken.zip').write_text('')

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, release, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, one_in, release, run, until
 from rostest_support.course import CourseCase, stands
 
 ARRIVED = 0.05  # [m] between the turtle that follows and the one that it follows
@@ -90,8 +90,8 @@ class TutorialsTest(CourseCase):
 
     def test_turtle2_comes_to_turtle1(self):
         """turtle_tf and turtle_tf2, and the one that waits for the present time; they end with a stop."""
-        for package, listener in (('turtle_tf', 'turtle_tf_listener.py'),
-                                  ('turtle_tf2', 'turtle_tf2_listener_wait.py')):
+        for package, listener in one_in(2, (('turtle_tf2', 'turtle_tf2_listener_wait.py'),
+                                            ('turtle_tf', 'turtle_tf_listener.py'))):
             with self.subTest(listener):
                 *_, process = started = self.follow(package, listener)
                 until(lambda: self.apart() < ARRIVED, lambda: f'arrived; {self.apart():.3f} m are left')

@@ -17,7 +17,7 @@ from kinematic_core.environments.tasks import TASKS  # the package registers the
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.worlds.turtle_world import float32
 from kinematic_core.worlds.world_format import to_json
-from rostest_support.common import DEADLINE, Process, SimulatorCase, run, until
+from rostest_support.common import DEADLINE, Process, SimulatorCase, release, run, until
 
 LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not
 
@@ -115,6 +115,7 @@ class RecordingTest(SimulatorCase):
         rows = self.recorded('turtlesim', 'turtlesim_node', 'turtle1/cmd_vel', commands, '_seed:=7')
         self.check_environment('TurtleGoal', 7, rows, lambda value: f'{float32(value):.9g}')
 
+    @release
     def test_robotont_environments_make_the_recording(self):
         """In an empty world, and against a wall and along it."""
         commands = [(0.5 - 0.05 * number, 0.04 * number, 0.1 * number - 0.6) for number in range(12)]

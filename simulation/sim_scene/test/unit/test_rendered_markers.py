@@ -91,6 +91,7 @@ def averaged_view(panel, camera, pose):
 
 
 @pytest.mark.parametrize('distance, angle', [(0.5, 0), (0.6, 40), (0.9, 0), (1.0, -55), (1.5, 20), (2.0, 0)])
+@pytest.mark.one_in(3)
 def test_markers_are_in_their_place_to_a_small_part_of_a_pixel(distance, angle):
     world, panel, pose = scene(distance, math.radians(angle))
     rendered = Renderer(world, 640, 360)

@@ -74,6 +74,7 @@ sys.exit(0 if connection.fileno() > 2 else 'a connection has the number of a sta
 
 @pytest.mark.parametrize('redirection', ['', '>&-', '2>&-', '<&-', '>&- 2>&-', '<&- >&- 2>&-',
                                          '>/dev/full 2>/dev/full'])
+@pytest.mark.one_in(3)
 def test_standard_streams_may_be_closed(redirection):
     command = ['bash', '-c', f'exec "$0" -c "$1" {redirection}', sys.executable, PROGRAM]
     done = subprocess.run(command, capture_output=True, timeout=DEADLINE)

@@ -94,6 +94,7 @@ SPIN = """
 
 @pytest.mark.parametrize('signals', [[signal.SIGINT], [signal.SIGTERM], [signal.SIGHUP],
                                      [signal.SIGINT, signal.SIGTERM, signal.SIGINT]])
+@pytest.mark.one_in(2)
 def test_signals_shut_down_once_and_quietly(signals):
     assert ended(program(SPIN), *signals) == (0, 'stopped\n', '')
 

@@ -145,6 +145,7 @@ def test_a_thread_that_stays_in_rospy_is_not_waited_for():
 @pytest.mark.parametrize('wait', ['rospy.spin()', 'rospy.rostime.wallsleep(1.0)', 'time.sleep(1.0)',
                                   'while not rospy.is_shutdown(): pass', 'input()'])
 @pytest.mark.parametrize('repair', ['0', '1'])
+@pytest.mark.one_in(3)
 def test_programs_end_as_with_the_original(wait, number, repair):
     process = program(f"""
         import threading, time
@@ -257,6 +258,7 @@ def test_a_uri_that_is_none_is_refused(uri):
 @pytest.mark.parametrize('value', [
     '99999999999', '-2147483649', '2026-01-31', '2026-01-31 10:00:00', '{1: 2}', '[1, {2.5: a}]', '"\\0"', '"\\x01"',
     'null', '~', '[a, [b, null]]', '!!set {a}', '[1', '{a', 'a:=b', '"\\ud800"'])
+@pytest.mark.one_in(4)
 def test_values_that_no_master_can_have_are_refused_by_name(value):
     code, _, err = ended(program(INIT.format(arguments=['_good:=1', f'_x:={value}'], own=False),
                                  ROS_MASTER_URI=NO_MASTER))
@@ -288,6 +290,7 @@ ASK = 'import rospy.core; print(rospy.core._ros_signal.__module__)'
 
 @pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
 @pytest.mark.parametrize('setting, module', [('', 'rospy_repair'), ('1', 'rospy_repair'), ('0', 'rospy.core')])
+@pytest.mark.one_in(2)
 def test_every_program_of_the_workspace_gets_the_repair(python, setting, module):
     assert ended(program(ASK, python, **{SWITCH: setting})) == (0, f'{module}\n', '')
 

@@ -32,6 +32,7 @@ def picture(folder, frame):
 
 
 @pytest.mark.parametrize('number', [0, 15, 19, 27, 36, 50, 71])  # in 15, 19 a part of marker 1 looked like another
+@pytest.mark.one_in(3)
 def test_detector_finds_the_truth(folder, truth, number):
     frame = truth['frames'][number]
     camera = truth['cameras']['webcam']

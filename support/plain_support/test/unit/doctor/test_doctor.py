@@ -259,6 +259,7 @@ def test_a_python_with_ros_is_no_trap(folder):
 
 
 @pytest.mark.parametrize('fault', FAULTS, ids=[f'{number}_{fault.name}' for number, fault in enumerate(FAULTS)])
+@pytest.mark.one_in(3)
 def test_a_fault_is_named_with_its_cure(folder, fault):
     if fault.root and not IS_ROOT:
         pytest.skip('only root can set this up')

@@ -26,6 +26,7 @@ def near(rng, camera, side, tilt):
 
 @pytest.mark.parametrize('distorted', [False, True])
 @pytest.mark.parametrize('side', [90, 130, 170, 230, pytest.param(340, marks=pytest.mark.release)])
+@pytest.mark.one_in(2)
 def test_large_markers_are_exact(side, distorted):
     camera, detector, errors = default_camera(distorted=distorted), Detector(SIZE), []
     for seed, (tilt, blur) in enumerate(((3, 0.4), (20, 0.6), (40, 1.0))):
