@@ -11,7 +11,8 @@ CASES = REPOSITORY / 'test' / 'cases'
 TIME_LIMITS = {  # [s] for a test of each kind
     'unit': 300, 'check': 600, 'rostest': 600, 'grading': 900, 'stress': 300, 'page': 900}
 SLOW = (  # unit tests that take seconds of processor time or of waiting: --fast leaves them out
-    'test_bench_markers.py', 'test_bent_paper.py', 'test_bundle_training.py', 'test_camera_patterns.py',
+    'test_bench_markers.py', 'test_bent_paper.py', 'test_browser.py', 'test_browser_panels.py',
+    'test_bundle_training.py', 'test_camera_patterns.py',
     'test_class_grader.py', 'test_class_page.py', 'test_cmake.py', 'test_collection.py', 'test_collision.py',
     'test_console.py', 'test_drives.py', 'test_light.py', 'test_many_markers.py', 'test_plain_codes.py',
     'test_cpp_programs.py', 'test_cv2_windows.py', 'test_detector.py', 'test_doctor.py', 'test_edge_refiner.py',
