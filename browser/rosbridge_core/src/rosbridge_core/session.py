@@ -14,7 +14,7 @@ from rosbridge_core.inbox import Inbox, is_zero
 from rosbridge_core.operations import LEVELS, Operation, Refused, check, matches, parse
 from rosbridge_core.outbox import Full, Outbox
 
-SLICE = 0.005  # [s] of work before other clients get their turn
+SLICE = 0.001  # [s] of work before clients are read on: the zero velocity of one that floods comes last
 BATCH = 65536  # [B] that are written before waiting for the client to take them
 MAX_CALLS = 50  # unanswered service calls of a client
 MAX_NAMES = 1000  # topics and services of a client
