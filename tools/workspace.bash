@@ -81,7 +81,7 @@ show_progress() {
 disk_is_full() { df --output=avail -k "$ws" / /tmp | awk 'NR > 1 && $1 < 20000 { full = 1 } END { exit !full }'; }
 
 explain_failure() {
-  local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped. To begin anew, type ./run clean before." part
+  local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped. To start from scratch, type ./run clean before." part
   local -a lacking
   part=$(tac "$log" | sed '/^==== /q')
   log_has() { grep -qiE "$1" <<<"$part"; }

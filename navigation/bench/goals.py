@@ -1,7 +1,7 @@
-"""Random goals in the minimaze, without ROS: robot, laser scanner and walls simulated, the planners of move_base above.
+"""Random goals in the minimaze, without ROS: the planners of move_base with a simulated robot, laser scanner and walls.
 
-The map has the true walls, and the pose is the true one, so that planning and following alone are measured. Settings
-are those of robotont_navigation. Units: m, rad, s.
+Map and pose are the true ones, so that only planning and following are measured. Settings are those of
+robotont_navigation. Units: m, rad, s.
 """
 import math
 import pathlib
@@ -37,7 +37,7 @@ OBSERVE, CONTROL = 0.2, 0.1  # [s] between two scans, two commands
 
 
 class Drive(NamedTuple):
-    """What came of a goal."""
+    """The result of a drive to a goal."""
 
     reached: bool
     distance: float  # [m] from the goal at the end
@@ -47,7 +47,7 @@ class Drive(NamedTuple):
     shortest: float  # [m]
     seconds: float
     control: list  # [s] of processor time of each command
-    plans: list  # [s] likewise of each plan
+    plans: list  # [s] the same of each plan
 
     @property
     def good(self):

@@ -1,4 +1,4 @@
-"""A drive through the minimaze without ROS: what the odometry says, what the scanner sees, and the truth."""
+"""A drive through the minimaze without ROS: odometry, laser scans, and the true poses."""
 import math
 import os
 from typing import NamedTuple

@@ -29,7 +29,7 @@ NEEDS_NODE = False
 NOISES = {'exact': (0.0, 0.0), 'good': (0.02, 0.02), 'fair': (0.05, 0.05), 'bad': (0.1, 0.05)}  # noise [m], slip
 PARTICLES = 500
 SPREAD = np.diag([0.2, 0.2, 0.2]) ** 2
-UPDATE_WAY, UPDATE_TURN = 0.2, math.pi / 6.0  # [m], [rad] amcl's
+UPDATE_DISTANCE, UPDATE_TURN = 0.2, math.pi / 6.0  # [m], [rad] amcl's
 CARRIED = 150, 330  # scans between which the robot is carried: it does not see them
 FOUND = 0.2  # [m]
 
@@ -79,7 +79,7 @@ def localised(log, carried=False, **settings):
         if carried and index == CARRIED[0]:
             last = moment.odometry  # the wheels did not turn
         step = last.step_to(moment.odometry) if last else Pose()
-        if base is None or math.hypot(step.x, step.y) > UPDATE_WAY or abs(step.yaw) > UPDATE_TURN:
+        if base is None or math.hypot(step.x, step.y) > UPDATE_DISTANCE or abs(step.yaw) > UPDATE_TURN:
             begun = time.process_time()
             tracked.update(step, lidar_scan(moment))
             pose = tracked.estimate().pose

@@ -46,11 +46,11 @@ def lesson_parameters(source):
     for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and isinstance(node.value, ast.Tuple):
             known[node.targets[0].id] = ast.literal_eval(node.value)
-    allowed = {keyword.arg: eval(ast.unparse(keyword.value), known) for call in calls
+    allowed = {keyword.arg: eval(ast.get_source_segment(source, keyword.value), known) for call in calls
                if getattr(call.func, 'id', '') == 'check_params' for keyword in call.keywords}
     defaults = {}
     for call in calls:
-        if ast.unparse(call.func) == 'rospy.get_param' and len(call.args) == 2:
+        if ast.get_source_segment(source, call.func) == 'rospy.get_param' and len(call.args) == 2:
             name, default = call.args[0].value.lstrip('~'), call.args[1]
             literal = not list(node for node in ast.walk(default) if isinstance(node, (ast.Name, ast.IfExp)))
             # A default that is computed, or that depends on the mode, takes words.

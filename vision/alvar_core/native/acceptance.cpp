@@ -1,4 +1,4 @@
-// acceptance.Appearance: the features of a candidate; and which thresholds it misses
+// acceptance.Appearance: the features of a candidate, and which thresholds it misses
 #include "algebra.h"
 #include "energy.h"
 #include "steps.h"
@@ -49,7 +49,7 @@ const Demand& demand(const Features& f, const Thresholds& limit, const char* (&n
     return choices[which].demand;
 }
 
-// The first of checks that does not hold: each says whether it holds, its threshold, value and what is needed.
+// The first check that fails: each has a result, its threshold, the value and the value needed.
 struct Check {
     bool holds;
     Shortfall shortfall;
@@ -117,7 +117,7 @@ Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
     const Demand& asked = demand(f, limit, names);
     const double surplus = surplus_of(f, limit);
     if (is_sure(f, limit))
-        // of bent paper only the middle agrees with the drawing; paper may end at one side, before something dark
+        // only the middle of bent paper agrees with the drawing; paper may end at one side, before something dark
         return first_missed({above("SURE_KEPT", f.kept, limit.SURE_KEPT),
                              above("SURE_OUTSIDE", f.outside_but_one, limit.SURE_OUTSIDE)});
     return first_missed({above("MIN_GAP", f.gap, limit.MIN_GAP), above("MIN_KEPT", f.kept, limit.MIN_KEPT),

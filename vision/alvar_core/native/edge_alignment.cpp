@@ -77,7 +77,7 @@ int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, 
                     && high - low > limit.MIN_LOCAL_STEP;
         for (int k = 0; k < kAcross; k += kAcross - 1)
             good = good && px[k] > 0 && px[k] < grey.width - 1 && py[k] > 0 && py[k] < grey.height - 1;
-        good = good && mean >= black && mean <= white;  // else the step lies beyond what is read
+        good = good && mean >= black && mean <= white;  // else the step lies beyond the samples
         fit.good[i] = good;
         fit.offset[i] = good ? (1 - 2 * (mean - black) / step) * reach * kAcross / (kAcross - 1) : 0;
         visible += good;
@@ -85,8 +85,8 @@ int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, 
     return visible;
 }
 
-// How much the offsets say about the response of the camera: those that a steeper one gives are fitted beside the
-// parameters of the homography.
+// The evidence of the offsets about the response of the camera: the offsets of a steeper response are fitted together
+// with the parameters of the homography.
 void weigh_response(const Fit& fit, const Fit& steeper, int count, const double* normal, double error,
                     const Thresholds& limit, ResponseEvidence* out) {
     double copy[kFree * kFree], inverse[kFree * kFree], with[kFree] = {}, offset[kFree] = {}, share[kFree];

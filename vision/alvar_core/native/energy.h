@@ -1,4 +1,5 @@
-// Energies of greys without their noise, or without what some functions explain: for acceptance.cpp and reading.cpp
+// Energies of greys without their noise, or without the part that some functions explain: for acceptance.cpp and
+// reading.cpp
 #pragma once
 #include <algorithm>
 

@@ -13,20 +13,20 @@ ALVAR_INLINE float within(float value, float low, float high) {  // NaN becomes 
     return value < high ? value : high;
 }
 
-// Places are read to a part of a pixel, of greys that then fit in 31 bits; blocks of places at once.
+// Greys are interpolated in fixed point that fits in 31 bits, for a block of places at once.
 constexpr int kPartBits = 10;
 constexpr std::int32_t kParts = 1 << kPartBits;
 constexpr int kBlock = 72;
 
 constexpr int kGreys = 256;
 
-// light.Light: how much light each grey stands for, by the exponent of the camera's response and by a steeper one
+// light.Light: how much light each grey stands for, with the exponent of the camera's response and with a larger one
 struct Light {
     static constexpr double kChange = 0.1;  // the logarithm of the ratio of both exponents
     static constexpr int kSteps = 1 << 16;
     double gamma;
     float of_grey[kGreys], steeper[kGreys];
-    std::uint8_t grey_at[kSteps];  // the grey that stands for the light at each step, from none to that of white
+    std::uint8_t grey_at[kSteps];  // the grey that stands for the light of each step, from no light to that of white
 
     explicit Light(double exponent) : gamma(exponent) {
         for (int grey = 0; grey < kGreys; ++grey) {
@@ -40,7 +40,7 @@ struct Light {
         }
     }
 
-    // Of an Image: none, if greys are light
+    // Light of an Image; null if greys are light
     const float* table() const { return gamma == 1 ? nullptr : of_grey; }
 };
 

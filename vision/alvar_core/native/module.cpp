@@ -1,5 +1,5 @@
-// The module of Python with all steps: alvar_core._native, and _native_avx2 for processors that have AVX2 and FMA.
-// Arrays are checked here, so that no step reads beyond one. Steps that take long release Python's lock.
+// The Python module with all steps: alvar_core._native, and _native_avx2 for processors that have AVX2 and FMA.
+// Arrays are checked here, so that no step reads beyond one. Long steps release Python's lock (GIL).
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -63,7 +63,7 @@ Pyramid pyramid_of(const py::array_t<std::uint8_t>& atlas, const Floats& table) 
     return {image_of(atlas), reinterpret_cast<const Level*>(table.data())};
 }
 
-// `ask`: what markers say about the light
+// `ask`: markers give evidence about the light
 Measured measured_of(const py::array_t<std::uint8_t>& atlas, const Floats& table, const py::array_t<std::uint8_t>& full,
                      const Light& light, bool ask) {
     const Pyramid greys = pyramid_of(atlas, table);
@@ -86,7 +86,7 @@ std::vector<Number> vector_of(const Array<Number>& array) {
     return std::vector<Number>(array.data(), array.data() + array.size());
 }
 
-// An array of one axis. pybind11's array_t(count) is not used: of some versions its stride is 0.
+// An array of one axis. pybind11's array_t(count) is not used: in some versions, its stride is 0.
 template <typename Number>
 Array<Number> line_of(py::ssize_t count) {
     return Array<Number>(std::vector<py::ssize_t>{count});
@@ -462,7 +462,7 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         .def(
             "features",
             [](const Appearance& self, const py::object& state, const Doubles& noise, const Thresholds& limit) {
-                const Bytes black({noise.size(), py::ssize_t(self.cells), py::ssize_t(self.cells)});  // not looked at
+                const Bytes black({noise.size(), py::ssize_t(self.cells), py::ssize_t(self.cells)});  // unused
                 Alignment all = alignment_of(state, black);
                 check(noise, {all.h.shape(0)}, "noise");
                 std::vector<Features> found;

@@ -18,8 +18,8 @@ double cross(const Point& a, const Point& b, const Point& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// On rows of bytes, which the compiler takes for parts of one another without __restrict: 1 where the difference is at
-// least `offset`; the sums of three; 1 where they are at least five.
+// On rows of bytes (__restrict, because the compiler must assume that they overlap): 1 where the difference is at least
+// `offset`; the sums of three; 1 where they are at least five.
 void compare(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, std::uint8_t offset, int width,
              std::uint8_t* __restrict out) {
     for (int x = 0; x < width; ++x) {
@@ -208,7 +208,7 @@ private:
         split(at, end, square);
     }
 
-    // Leaves out corners that are hardly any.
+    // Leaves out corners that are nearly straight.
     void straighten(double tolerance) {
         for (int i = 0, left = polygon.size(); left-- > 0 && polygon.size() > 3;) {
             const int count = polygon.size();
@@ -275,7 +275,7 @@ bool four_sides(std::vector<Point>& p) {
     return true;
 }
 
-// Adds points of the shrunk image as those of the full one.
+// Adds points of the shrunk image, converted to the full one.
 void add_points(const Point* points, int count, double shrink, std::vector<double>& out) {
     for (int i = 0; i < count; ++i) {
         out.push_back((points[i].x + 0.5) * shrink - 0.5);

@@ -24,7 +24,7 @@ void times(const float* values, const float* matrix, int rows, int columns, floa
 
 constexpr int kAlong = 5, kSides = 4, kPlaces = kAlong * kSides;  // as CoarseDecoder.ALONG
 
-// What the border misses: a contrast with what is outside it, or that it is dark everywhere
+// The threshold that the border misses: contrast with its outside, or darkness everywhere
 Shortfall missed_by_rim(const Image& smooth, const float* h, const float* rim, const Thresholds& limit) {
     float grey[2 * kPlaces], step[kPlaces], sorted[kPlaces], sides[kSides];
     read(smooth, h, rim, 2 * kPlaces, 0, 2 * kPlaces, grey);
@@ -39,7 +39,7 @@ Shortfall missed_by_rim(const Image& smooth, const float* h, const float* rim, c
     return {nullptr, 0, 0};
 }
 
-constexpr int kResolution = 5, kLight = 4;  // functions that are removed from the region that is read
+constexpr int kResolution = 5, kLight = 4;  // functions that are removed from the region of the cells
 
 // 2 F(z) - 1 for the normal distribution F
 float step_of(float z) {

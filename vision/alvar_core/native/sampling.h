@@ -19,7 +19,7 @@ inline void read(const Image& smooth, const float* h, const float* points, int s
     }
 }
 
-// The index of the largest of `count` numbers; sets by how much it is larger than the next one.
+// The index of the largest of `count` numbers; sets its difference from the next one.
 inline int best_of(const float* numbers, int count, float* gap) {
     int best = 0;
     float second = -1e9f;

@@ -1,6 +1,6 @@
 // search.Search: the search for markers of resolution 5 in even light, all steps on all candidates in one call.
 //
-// What needs a closer look (covered cells) is only named: Detector._finish looks closer.
+// Candidates that need a closer look (covered cells) are only named: Detector._finish examines them.
 #include <cmath>
 #include <numeric>
 
@@ -17,7 +17,7 @@ struct Place {
     double x, y, side;
 };
 
-// A Start that is drawn as it was read, and the one that it was before
+// A Start with the drawing of what was read, and the Start before it
 struct Changed {
     std::vector<Start> now, before;
 };
@@ -133,9 +133,9 @@ private:
         return start;
     }
 
-    // Aligns and judges; adds the markers and what is unsure, and those whose reading differs from the drawing to
-    // `changed`, drawn as they are read; without it, the coarse decoding is not asked. `origins`: what unsure ones are to
-    // start from.
+    // Aligns and judges; adds the markers and the unsure candidates. Those that were read as something else than was
+    // drawn are added to `changed`, with the new drawing; without `changed`, the coarse decoding is not used.
+    // `origins`: the Starts of the unsure ones.
     void judge(const std::vector<Start>& starts, const std::vector<Start>& origins, Changed* changed) {
         if (starts.empty()) return;
         State state(is, starts);
@@ -218,7 +218,8 @@ private:
         end_at(trail, real, missed, word);
     }
 
-    // Measures a marker, and adds it if a pose fits its corners, or if its code is sure; returns what the pose misses.
+    // Measures a marker, and adds it if a pose fits its corners, or if its code is clear; returns the threshold that
+    // the pose misses.
     Shortfall add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
         double information[64], turned[8];
         FoundMarker marker = {};

@@ -1,5 +1,5 @@
-// The steps of the detector. Each is named, and works on the arrays, as the Python class or function that calls it; those
-// say what the numbers mean. Corners and places are x, y one after the other; matrices are row by row.
+// The steps of the detector. Each has the name and the arrays of the Python class or function that calls it, whose
+// docstring explains the numbers. Corners and places are x, y one after the other; matrices are row by row.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -20,7 +20,7 @@ double noise_of(const Image& grey);
 // Half of an image (height / 2, width / 2), each grey that of the mean light of four
 void halve(const Image& grey, const Light& light, std::uint8_t* out, std::int64_t stride);
 
-// candidates.outlines: quads (N, 4, 2) around the outlines of what is darker than the mean by `offset`, and the straight
+// candidates.outlines: quads (N, 4, 2) around the outlines of pixels darker than the mean by `offset`, and the straight
 // parts (K, 2, 2) of all outlines, if `parted`.
 struct Outlines {
     std::vector<double> quads, parts;
@@ -34,8 +34,8 @@ struct Shortfall {
     double value, needed;
 };
 
-// Where the search for a candidate ended: its corners (4, 2) [real px], what it missed, and the code word it resembles,
-// or -1. Functions add to a Trail only if they get one.
+// Where the search for a candidate ended: its corners (4, 2) [real px], the threshold it missed, and the code word it
+// resembles, or -1. Functions add to a Trail only if they get one.
 struct Ended {
     double quad[8];
     Shortfall missed;
@@ -146,16 +146,16 @@ struct Appearance {
     std::vector<std::int32_t> group;
     std::vector<std::uint8_t> is_data;
 
-    // The Features without what is read: fit, gap and edges
+    // The Features that need no reading: all but fit, gap and edges
     Features features(const AlignedMarker& marker, double noise, const Thresholds& limit) const;
 };
 
-// What a candidate misses; nothing for a marker
+// The first threshold that a candidate misses; none for a marker
 Shortfall shortfall(const Features& f, const Thresholds& limit);
 bool may_be_covered(const Features& f, const Thresholds& limit);
-// Whether its code is no chance
+// Whether its code is too clear to be chance
 bool is_sure(const Features& f, const Thresholds& limit);
-// What an aligned candidate misses before its cells are read
+// The first threshold that an aligned candidate misses before its cells are read
 Shortfall unpromising(const double* h, double blur, std::int64_t level, double likeness, int cells,
                       const Thresholds& limit);
 
@@ -165,8 +165,7 @@ struct EdgePoints {
 };
 EdgePoints edge_points(const std::uint8_t* black, int cells, const std::vector<double>& places);
 
-// What a marker says about the logarithm of the exponent of Light: its information, and that times the change that it
-// asks for
+// A marker's measurement of the logarithm of the exponent of Light: information, and information times the change
 struct ResponseEvidence {
     double information, weighted;
 };
@@ -177,7 +176,7 @@ struct EdgeFit {
     double parameters[8], covariance[64], error, cost;
     std::vector<std::uint8_t> agrees;
 };
-// `asked`: the Light that `grey` is read with; then the evidence is set
+// `asked`: the Light that `grey` is read with; if it is given, the evidence is set
 EdgeFit fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points, const double* scale,
                   double reach, double first_reach, int steps, const Thresholds& limit,
                   const Light* asked = nullptr, ResponseEvidence* evidence = nullptr);
@@ -188,8 +187,8 @@ bool refine_edges(const Image& grey, const Lens& lens, const double* h, double h
 // edge_refiner.EdgeRefiner.bow [px], of a marker with corners (4, 2)
 double bow(const Image& grey, const Lens& lens, const double* corners, int cells, const Thresholds& limit);
 
-// The images in which markers are measured: `pyramid` and `full` are read as light; `asked`: the Light, if it is asked
-// what markers say about it, or null.
+// The images in which markers are measured: `pyramid` and `full` are read as light; `asked`: the Light, if markers
+// are to give evidence about it, else null.
 struct Measured {
     Pyramid pyramid;
     Image full;

@@ -1,4 +1,4 @@
-"""The programs that the page starts and ends: launch files of a fixed list, without arguments from outside, and bags.
+"""The programs that the page starts and stops: a fixed list of launch files, without arguments from outside, and bags.
 
 Threading contract: the loop's thread calls all methods; processes are ended in threads of the loop's executor.
 """
@@ -18,8 +18,8 @@ from rosbridge_core import web
 
 LAST_LINES = 12  # of a program's output
 LARGEST = 200  # [characters] of a line
-TAIL = 16384  # [bytes] of the output in which they are looked for, once a second for each page
-MAX_BAGS = 20  # the newest ones of the folder
+TAIL = 16384  # [bytes] of the output that are searched for them, once a second for each page
+MAX_BAGS = 20  # of the folder: the newest ones
 CONTROL = re.compile(r'\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07')  # colours and the title of the terminal
 
 
@@ -37,23 +37,23 @@ def _launch(*arguments):
 
 
 STARTABLES = (
-    Startable('turtlesim', 'Turtlesim', 'A turtle that draws; the panel Turtle shows it.',
+    Startable('turtlesim', 'Turtlesim', 'A turtle that draws. The panel Turtle shows it.',
               _launch('turtle_robotont', 'turtlesim.launch', 'window:=false')),
-    Startable('minimaze', 'Robotont in a maze', 'With camera and odometry; the panel Robotont shows it.',
+    Startable('minimaze', 'Robotont in a maze', 'With camera and odometry. The panel Robotont shows it.',
               _launch('robotont_gazebo', 'world_minimaze.launch')),
-    Startable('minimaze_lidar', 'Robotont in a maze, with a lidar', 'The same maze, and a laser scan all around.',
+    Startable('minimaze_lidar', 'Robotont in a maze, with a lidar', 'The same maze, and a full laser scan.',
               _launch('robotont_gazebo', 'world_minimaze.launch', 'model:=robotont_gazebo_lidar')),
     Startable('minimaze_ar', 'Robotont in a maze with AR markers', 'Start the tracker, too, to see the markers.',
               _launch('robotont_gazebo', 'world_minimaze_ar.launch')),
-    Startable('between', 'Robotont between two posts', 'The world of the lessons on the laser scan.',
+    Startable('between', 'Robotont between two posts', 'The world of the lessons about the laser scan.',
               _launch('robotont_gazebo', 'world_between.launch')),
-    Startable('bangbang', 'Robotont before a wall', 'The world of the lessons on keeping a distance.',
+    Startable('bangbang', 'Robotont before a wall', 'The world of the lessons about keeping a distance.',
               _launch('robotont_gazebo', 'world_bangbang.launch')),
     Startable('tracker', 'Tracker for the Robotont\'s camera', 'Finds the AR markers that the Robotont sees.',
               _launch('turtle_robotont', 'camera_ar_track.launch', 'source:=simulator')),
-    Startable('demo_camera', 'Camera and tracker without a camera', 'A short sequence of pictures with AR markers.',
+    Startable('demo_camera', 'Camera and tracker without a camera', 'Plays pictures of AR markers.',
               _launch('turtle_robotont', 'camera_ar_track.launch')),
-    Startable('record', 'Record a bag', 'All topics, for 10 minutes at most, into the folder of the server.',
+    Startable('record', 'Record a bag', 'Records all topics, for 10 minutes at most, in the folder of the server.',
               ('rosbag', 'record', '--all', '--duration=10m', '--output-prefix=page')),
 )
 
@@ -61,7 +61,7 @@ STARTABLES = (
 def bags(folder):
     """Return a Startable that plays a bag for each of the newest ones in a folder."""
     found = sorted(pathlib.Path(folder).glob('*.bag'), key=os.path.getmtime, reverse=True)[:MAX_BAGS]
-    return [Startable(f'play {path.name}', f'Play {path.name}', 'Publishes what this bag has recorded.',
+    return [Startable(f'play {path.name}', f'Play {path.name}', 'Publishes the messages in this bag.',
                       ('rosbag', 'play', f'./{path.name}')) for path in found]
 
 
@@ -160,7 +160,7 @@ class Programs(web.Guarded):
             self.refuse(500, f'{name} cannot be started: {error.strerror or error}')
         except (KeyError, TypeError, ValueError) as error:
             text = error if isinstance(error, ValueError) and 'must be' in str(error) else \
-                'the request must be {"name": NAME, "action": "start" or "stop"}, with a NAME of the list'
+                'the request must be {"name": NAME, "action": "start" or "stop"}, with a NAME from the list'
             self.refuse(400, str(text))
         else:
             self.get()

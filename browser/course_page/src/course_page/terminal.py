@@ -1,4 +1,4 @@
-"""terminal: JupyterLab with the page as one of its tabs. Who has its address has a shell on this machine.
+"""terminal: JupyterLab with the page as one of its tabs. Anyone who has its address has a shell on this machine.
 
 JupyterLab checks the token of its address for all that it serves, so the page behind it listens on 127.0.0.1 only.
 """
@@ -66,7 +66,7 @@ def main():
 
 
 def tell_address(lab):
-    """Print the address once JupyterLab has told it; its log would scroll it away, so that is not shown."""
+    """Print the address when JupyterLab has logged it. Its log would scroll the address away, so it is not shown."""
     while lab.runs():
         found = ADDRESS.search(lab.output())
         if found:

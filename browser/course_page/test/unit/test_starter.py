@@ -72,8 +72,8 @@ def test_a_program_that_fails_says_why_and_can_be_started_again(server):
 
 
 @pytest.mark.parametrize('body, code, said', [
-    ({'name': 'rm -rf', 'action': 'start'}, 400, 'a NAME of the list'),
-    ({'name': ['waits'], 'action': 'start'}, 400, 'a NAME of the list'), ([], 400, 'the request must be'),
+    ({'name': 'rm -rf', 'action': 'start'}, 400, 'a NAME from the list'),
+    ({'name': ['waits'], 'action': 'start'}, 400, 'a NAME from the list'), ([], 400, 'the request must be'),
     ({'name': 'waits'}, 400, 'the request must be'), ({'name': 'waits', 'action': 'kill'}, 400, '"start" or "stop"'),
     ({'name': 'absent', 'action': 'start'}, 500, 'absent cannot be started: No such file')])
 def test_other_requests_are_refused(server, body, code, said):

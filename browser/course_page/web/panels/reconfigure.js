@@ -13,8 +13,8 @@ const SUFFIX = '/parameter_descriptions';
 export default {
   id: 'reconfigure',
   title: 'Reconfigure',
-  help: ['Parameters that a node takes while it runs, by dynamic_reconfigure: move_base has some. A change is sent when you leave the '
-         + 'field or press Enter; the node answers with the values that it has then.',
+  help: ['Parameters that can be changed while a node runs, with dynamic_reconfigure: move_base has some. A change is sent '
+         + 'when you leave the field or press Enter; the node answers with its new values.',
          'In a terminal: rosrun dynamic_reconfigure dynparam list, dynparam get, dynparam set.'],
   mount(element, context) {
     const panel = new ReconfigurePanel(element, context);

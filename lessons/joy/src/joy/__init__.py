@@ -1,1 +1,1 @@
-"""Joysticks of Linux as sensor_msgs/Joy; see README.md."""
+"""Linux joysticks as sensor_msgs/Joy; see README.md."""

@@ -36,7 +36,7 @@ class JoyNode:
         parameters.log_effective()
 
     def run(self):
-        """Read the joystick until the shutdown; wait for one that is missing."""
+        """Read the joystick until shutdown; if it is missing, wait for it."""
         while not rospy.is_shutdown():
             try:
                 file = os.open(self._device, os.O_RDONLY | os.O_NONBLOCK)
@@ -54,7 +54,7 @@ class JoyNode:
                 os.close(file)
 
     def _read(self, file):
-        """Publish what an open device tells, until it is unplugged."""
+        """Publish the events of an open device until it is unplugged."""
         joystick = Joystick(self._deadzone, self._sticky)
         changed = False
         while not rospy.is_shutdown():
@@ -66,7 +66,7 @@ class JoyNode:
                     rospy.logerr('%s: %s. Was it unplugged?', self._device, error.strerror)
                     return
                 if not data:
-                    rospy.logerr('%s tells nothing any more. Was it unplugged?', self._device)
+                    rospy.logerr('%s does not answer any more. Was it unplugged?', self._device)
                     return
                 changed = joystick.feed(data) or changed
             elif changed or self._period:

@@ -1,1 +1,1 @@
-"""amcl: finds a robot in a known map, by particles."""
+"""amcl: finds a robot in a known map with a particle filter."""

@@ -1,4 +1,4 @@
-"""The node amcl: where a robot is in a known map, from its laser scans and odometry.
+"""The node amcl: finds where a robot is in a known map, from its laser scans and odometry.
 
 Threading contract: rospy's threads of scan, map, initialpose and the services; each takes the one lock and then uses
 the filter.
@@ -56,8 +56,8 @@ ACCEPTED = Table(Number('~gui_publish_rate', -1.0), Number('~save_pose_rate', 0.
                  Number('~std_warn_level_y', 0.2), Number('~std_warn_level_yaw', 0.1),
                  Number('~bag_scan_period', -1.0), Boolean('~restore_defaults', False))  # without effect
 PARAMETERS = Table(FILTER, LASER, INITIAL, OTHERS, ACCEPTED)
-MAP_PERIOD = 0.5  # [s] between two requests of the map
-REPEAT = 15.0  # [s] between two warnings of a kind
+MAP_PERIOD = 0.5  # [s] between two requests for the map
+REPEAT = 15.0  # [s] between two equal warnings
 
 
 class LocalisationNode:
@@ -97,7 +97,7 @@ class LocalisationNode:
             rospy.loginfo('Subscribed to map topic.')
 
     def run(self):
-        """Ask for the map, if it does not come as a topic, and wait for the end."""
+        """Request the map if it does not come as a topic, and spin until shutdown."""
         if not self._value['use_map_topic']:
             self._request_map()
         rospy.spin()
@@ -126,7 +126,7 @@ class LocalisationNode:
             self._throttle.warn('bad map', 'Ignored a map: %s', error)
 
     def _use_map(self, message, start=None):
-        """Begin anew in the map of an OccupancyGrid, where the robot was last seen; raise ValueError."""
+        """Start again on the map of an OccupancyGrid, at the last pose of the robot; raise ValueError."""
         grid, value = grids.from_message(message), self._value
         rospy.loginfo('Received a %d X %d map @ %.3f m/pix', grid.width, grid.height, grid.resolution)
         farthest = value['laser_max_range'] if value['laser_max_range'] > 0.0 else 30.0
@@ -205,7 +205,7 @@ class LocalisationNode:
     def _publish(self, odometry, stamp):
         found = self._filter.estimate()
         self._odometry_in_map = found.pose.then(odometry.inverse())
-        self._start = found.pose, found.covariance  # another map begins here
+        self._start = found.pose, found.covariance  # where the next map starts
         message = PoseWithCovarianceStamped()
         message.header.stamp, message.header.frame_id = stamp, self._frame
         message.pose.pose = from_pose(found.pose)

@@ -1,1 +1,1 @@
-"""gmapping: makes a map of laser scans and odometry."""
+"""gmapping: makes a map from laser scans and odometry."""

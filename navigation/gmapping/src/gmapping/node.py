@@ -1,4 +1,4 @@
-"""The node slam_gmapping: publishes a map of what a laser scanner sees, and where the robot is in it.
+"""The node slam_gmapping: publishes a map of what a laser scanner sees, and the pose of the robot in it.
 
 Threading contract: rospy's thread of ``scan`` maps; a timer publishes the transform; both, and the service, use the
 state under one lock. A thread of its own publishes maps, because that takes longer than a scan.
@@ -34,7 +34,7 @@ USED = Table(
     Number('~xmin', -10.0, -100.0, 0.0, 'm'), Number('~ymin', -10.0, -100.0, 0.0, 'm'),
     Number('~xmax', 10.0, 0.0, 100.0, 'm'), Number('~ymax', 10.0, 0.0, 100.0, 'm'),
     Number('~delta', 0.05, 0.01, 1.0, 'm'), Number('~occ_thresh', 0.25, 0.0, 1.0))
-ACCEPTED = Table(  # they choose steps of the original's matcher; ours has others
+ACCEPTED = Table(  # they configure the matcher of the original; ours is different
     Number('~sigma', 0.05), Integer('~kernelSize', 1), Number('~lstep', 0.05), Number('~astep', 0.05),
     Integer('~iterations', 5), Number('~lsigma', 0.075), Number('~ogain', 3.0), Integer('~lskip', 0),
     Number('~llsamplerange', 0.01), Number('~llsamplestep', 0.01), Number('~lasamplerange', 0.005),

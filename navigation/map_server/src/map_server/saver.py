@@ -14,7 +14,7 @@ from plain_support import write_whole
 from rospy_support import nodes
 
 NAME = 'map_saver'
-PATIENCE = 10.0  # [s] after which it says why nothing happens
+PATIENCE = 10.0  # [s] after which it says what it waits for
 
 
 def whole(smallest):

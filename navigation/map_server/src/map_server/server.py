@@ -66,7 +66,7 @@ class MapServer:
 
 
 def described_by(arguments):
-    """Return the Description that the command line means; raise MapError or SystemExit."""
+    """Return the Description that the command line asks for; raise MapError or SystemExit."""
     if len(arguments) == 1:
         return read_description(arguments[0])
     if len(arguments) != 2:

@@ -63,7 +63,7 @@ def path_message(points, frame, stamp, heading=None):
 
 
 def grid_of(message):
-    """Return the GridMap of a nav_msgs/OccupancyGrid; ValueError if it is none."""
+    """Return the GridMap of a nav_msgs/OccupancyGrid; raise ValueError if it is not valid."""
     info = message.info
     if info.width * info.height != len(message.data) or not message.data:
         raise ValueError(f'the map has {len(message.data)} cells instead of {info.width} x {info.height}')

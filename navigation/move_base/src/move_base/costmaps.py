@@ -1,4 +1,4 @@
-"""A costmap of move_base: the map, the sensors, what is published. One thread updates; callbacks store messages."""
+"""A costmap of move_base, with its subscribers and publishers. One thread updates it; callbacks only store messages."""
 import collections
 import math
 
@@ -22,9 +22,9 @@ from move_base.conversions import (
 from navigation_core.planning.costmap import Costmap, Inflation, static_layer
 from rospy_support.throttle import WallThrottle
 
-REMINDER = 5.0  # [s] of wall time between two warnings of a kind
-SILENT = 1.0  # [s] without a message of a sensor after which the robot stands; longer if it promises less
-KEPT = 5  # messages of a sensor, in which one with a known transform is looked for
+REMINDER = 5.0  # [s] of wall time between two equal warnings
+SILENT = 1.0  # [s] without a message of a sensor after which the robot stops; longer if the sensor is slower
+KEPT = 5  # messages of a sensor that are kept until their transform is known
 
 
 class Sensor:
@@ -43,7 +43,7 @@ class Sensor:
         self._latest = rospy.Time.now()
 
     def silence(self, now):
-        """Return '' or why it is too long ago that it was heard."""
+        """Return why the last message is too old, or ''."""
         allowed = max(SILENT, 2.0 * self.source.expected_update_rate)
         name = self._subscriber.resolved_name
         if self._latest is None:
@@ -122,7 +122,7 @@ class CostmapNode:
                        self.footprint.circumscribed, self._inflation, track_unknown=False)
 
     def missing(self):
-        """Return what has to be there before the robot may drive, or ''."""
+        """Return what is missing before the robot may drive, or ''."""
         if self._has_map() and self._map is None and self._new_map is None:
             return f'no map on {self.map_topic}: start map_server, or a node that makes a map'
         return ''

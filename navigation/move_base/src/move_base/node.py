@@ -30,7 +30,7 @@ from rospy_support import nodes, parameters
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher
 
-REMINDER = 5.0  # [s] of wall time between two warnings of a kind
+REMINDER = 5.0  # [s] of wall time between two equal warnings
 ODOMETRY_LASTS = 0.5  # [s]
 STILL = Velocity()
 
@@ -98,7 +98,7 @@ class MoveBase:
                 self._server.set_preempted(text='The goal was cancelled.')
             elif problem or self._silence(now):
                 self._stop()
-                self._throttle.warn('stands', 'The robot stands: %s', problem or self._silence(now))
+                self._throttle.warn('stands', 'The robot has stopped: %s', problem or self._silence(now))
             else:
                 self._drive(now)
 
@@ -181,7 +181,7 @@ class MoveBase:
         self._commands.publish(Twist(Vector3(velocity.x, velocity.y, 0.0), Vector3(0.0, 0.0, velocity.theta)))
 
     def _stop(self):
-        """Let the robot stand; once, so that others can drive it then."""
+        """Stop the robot; only once, so that others can drive it afterwards."""
         if self._driving:
             self._command(STILL)
             self._driving = False

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""move_base in the minimaze: goals, plans, refusals, and what it says if something is missing."""
+"""move_base in the minimaze: goals, plans, refusals, and its texts if something is missing."""
 import math
 import subprocess
 

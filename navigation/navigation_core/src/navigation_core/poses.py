@@ -1,4 +1,4 @@
-"""Poses in the plane, and what they do to points: numbers give numbers, arrays give arrays."""
+"""Poses in the plane, which transform points: numbers give numbers, arrays give arrays."""
 import math
 from typing import Any, NamedTuple, Tuple, Union
 

@@ -1,4 +1,4 @@
-"""What a laser scan says: points that it hit, in the frame of the robot."""
+"""The points that a laser scan has hit, in the frame of the robot."""
 import math
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ class Scan(NamedTuple):
     """The usable beams of a scan, in the order of their angles, in the frame of the robot.
 
     ``points`` (beams, 2) [m] are where the beams end, ``hit`` (beams,) whether a solid is there: a beam longer than
-    the usable range only says that its way is free. ``ranges`` (beams,) [m] and ``angles`` (beams,) [rad] are in the
+    the usable range only shows free space. ``ranges`` (beams,) [m] and ``angles`` (beams,) [rad] are in the
     scanner's frame, whose pose on the robot is ``mount``. ``spacing`` [rad] lies between two neighbouring beams.
     """
 

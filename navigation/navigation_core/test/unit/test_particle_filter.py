@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from navigation_core.localisation import motion, sensor
-from navigation_core.localisation.kld import entropy_limit, quantile_of
+from navigation_core.localisation.kld import entropy_limit
 from navigation_core.localisation.particle_filter import ParticleFilter, Settings
 from navigation_core.localisation.sensor import MeasuredMap, SensorModel, cast
 from navigation_core.maps.grid_map import GridMap
@@ -77,7 +77,6 @@ def test_rays_end_at_the_walls():
 
 def test_more_bins_need_more_particles():
     """Fox's limit by hand, for 2 bins: share 2/9; 1 / (2 * 0.05) * (1 - 0.2222 + 0.4714 * 2.3263) ** 3 = 66.0."""
-    assert quantile_of(0.99) == pytest.approx(2.3263, abs=1e-4)
     assert entropy_limit(np.array([1, 2, 50]), 0.05, 2.3263).tolist() == [66, 66, 750]
 
 

@@ -65,7 +65,7 @@ class FakeLocalization:
         self._publish(place, stamp)
 
     def _on_initial_pose(self, message):
-        """Take over where a user says that the robot is: the map moves, not the robot."""
+        """Take over the pose that a user gives: this moves the map, not the robot."""
         wanted = _plane(message.pose.pose.position, message.pose.pose.orientation)
         with self._lock:
             if self._truth is not None:

@@ -99,7 +99,7 @@ class _Camera:
         return self._schedule.due(stamp.to_sec())
 
     def publish(self, transform, plan):
-        """Publish what is wanted of the view of a robot whose centre is at ``transform``, in a FloorPlan."""
+        """Publish the topics with subscribers, for a robot whose centre is at ``transform`` in a FloorPlan."""
         header = self._info.header
         header.stamp = transform.header.stamp
         for publisher in (self._colour_info, self._depth_info):
@@ -158,7 +158,7 @@ def _cloud(header, points, colour):
 
 def main():
     """Run gazebo_cameras."""
-    cv2.setNumThreads(1)  # with more threads, an image takes more processor time, and hardly less wall time
+    cv2.setNumThreads(1)  # more threads take more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)
     CamerasNode()
     rospy.spin()

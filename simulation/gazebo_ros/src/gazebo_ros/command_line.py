@@ -1,4 +1,4 @@
-"""What gzserver is told: its command line, and the folders of worlds and models."""
+"""The command line of gzserver, and the folders of worlds and models."""
 import argparse
 import os
 import re

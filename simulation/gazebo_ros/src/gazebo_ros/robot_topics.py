@@ -1,4 +1,4 @@
-"""The topics of one robot: its commands, odometry, frames, scans, and whatever else its plugins publish.
+"""The topics of one robot: its commands, odometry, frames, scans, and the other topics of its plugins.
 
 Threading contract: commands arrive in rospy's threads, which take the lock of the world; ``publish`` is called with
 that lock held, in the thread that steps. The constructor and ``close`` call the master, and take no lock.
@@ -26,14 +26,14 @@ EPSILON = 1e-6  # [s]
 
 
 class Schedule:
-    """When something is due that happens at a rate [Hz] of simulated time; at 0, in every step."""
+    """The schedule of an event with a rate [Hz] of simulated time; a rate of 0 means every step."""
 
     def __init__(self, rate):
         self._period = 1.0 / rate if rate > 0.0 else 0.0
         self._next = 0.0
 
     def due(self, time):
-        """Return whether it is due at ``time`` [s], and if so, expect it again one period later."""
+        """Return whether the event is due at ``time`` [s]; if so, the next one is due one period later."""
         if time < self._next - EPSILON:
             return False
         self._next = max(self._next + self._period, time)
@@ -83,7 +83,7 @@ class RobotTopics:
         self._plan, self._casters = plan, []
 
     def publish(self, world, now):
-        """Publish what is due; return the transforms that are. ``world`` is a GazeboWorld, ``now`` the stamp."""
+        """Publish all due messages; return the due transforms. ``world`` is a GazeboWorld, ``now`` the stamp."""
         vehicle = self._vehicle
         transforms = []
         if vehicle.robot.drive and self._drive_schedule.due(world.time):

@@ -101,7 +101,7 @@ class GazeboNode:
             try:
                 warnings = self._world.add(element, name, pose, '', folder)
                 self._elements[name] = element
-                if name in self._world.vehicles:  # those of other models were logged when the world was read
+                if name in self._world.vehicles:  # warnings about other models were logged when the world was read
                     self._report(name, warnings)
                     self._topics[name] = self._make_topics(name)
             except InvalidInput as refusal:
@@ -278,7 +278,7 @@ class GazeboNode:
         return RobotTopics(self._world.vehicles[name], self._lock, self._numbers.getrandbits(64))
 
     def _report(self, name, warnings):
-        """Log what of a model is simulated, and what is not."""
+        """Log which parts of a model are simulated, and which are not."""
         vehicle = self._world.vehicles.get(name)
         if vehicle:
             rospy.loginfo('%s: %s', name, _summary(vehicle.robot))
@@ -286,7 +286,7 @@ class GazeboNode:
             rospy.logwarn('%s: %s', name, warning)
 
     def _publish_scene(self):
-        """Tell cameras and laser scanners what there is now; start the cameras with the first one."""
+        """Send the current scene to cameras and laser scanners; start the cameras with the first one."""
         with self._lock:
             plan, vehicles = self._world.plan, dict(self._world.vehicles)
             for topics in self._topics.values():
@@ -308,7 +308,8 @@ class GazeboNode:
 
     def _watch_cameras(self):
         if self._cameras and self._cameras.poll() is not None and not rospy.is_shutdown():
-            rospy.logerr('The cameras ended with exit code %d; the robots go on without.', self._cameras.returncode)
+            rospy.logerr('The cameras ended with exit code %d; the robots go on without them.',
+                         self._cameras.returncode)
             self._cameras = None
 
     def _end_cameras(self):

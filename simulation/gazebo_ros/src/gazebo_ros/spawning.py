@@ -1,4 +1,4 @@
-"""The program spawn_model: adds a robot or an object to the world of the node gazebo, and ends."""
+"""The program spawn_model: adds a robot or an object to the world of the node gazebo, then exits."""
 import argparse
 import sys
 
@@ -44,22 +44,23 @@ def _options(arguments):
     kind.add_argument('-urdf', action='store_true', help='the model is URDF')
     kind.add_argument('-sdf', action='store_true', help='the model is SDF')
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument('-file', metavar='FILE', help='its file')
-    source.add_argument('-param', metavar='NAME', help='the ROS parameter that holds it')
-    source.add_argument('-database', metavar='NAME', help='the folder of the model, as in model://NAME')
-    source.add_argument('-stdin', action='store_true', help='it comes from the standard input')
-    parser.add_argument('-model', metavar='NAME', required=True, help='its name in the world')
-    parser.add_argument('-reference_frame', metavar='MODEL', default='', help='the frame of its pose')
-    parser.add_argument('-gazebo_namespace', metavar='NAME', default='/gazebo', help='that of the services')
-    parser.add_argument('-robot_namespace', metavar='NAME', default=rospy.get_namespace(), help='that of its topics')
-    parser.add_argument('-unpause', action='store_true', help='let time go on afterwards')
-    parser.add_argument('-wait', metavar='MODEL', help='wait until there is this model')
+    source.add_argument('-file', metavar='FILE', help='file of the model')
+    source.add_argument('-param', metavar='NAME', help='ROS parameter that contains the model')
+    source.add_argument('-database', metavar='NAME', help='name of the model, as in model://NAME')
+    source.add_argument('-stdin', action='store_true', help='read the model from standard input')
+    parser.add_argument('-model', metavar='NAME', required=True, help='name of the model in the world')
+    parser.add_argument('-reference_frame', metavar='MODEL', default='', help='frame of the pose')
+    parser.add_argument('-gazebo_namespace', metavar='NAME', default='/gazebo', help='namespace of the services')
+    parser.add_argument('-robot_namespace', metavar='NAME', default=rospy.get_namespace(),
+                        help='namespace of the topics of the model')
+    parser.add_argument('-unpause', action='store_true', help='resume simulated time afterwards')
+    parser.add_argument('-wait', metavar='MODEL', help='wait until this model exists')
     for name, what in (('x', 'm'), ('y', 'm'), ('z', 'm'), ('R', 'rad'), ('P', 'rad'), ('Y', 'rad')):
-        parser.add_argument(f'-{name}', type=float, default=0.0, help=f'[{what}] of its pose')
+        parser.add_argument(f'-{name}', type=float, default=0.0, help=f'pose of the model: {name} [{what}]')
     parser.add_argument('-J', dest='joints', metavar=('JOINT', 'POSITION'), nargs=2, action='append', default=[],
                         help='no effect here')
     parser.add_argument('-package_to_model', action='store_true', help='no effect here')
-    parser.add_argument('-b', dest='bond', action='store_true', help='stay, and remove the model at the end')
+    parser.add_argument('-b', dest='bond', action='store_true', help='keep running, and remove the model at the end')
     return parser.parse_args(arguments)
 
 
@@ -78,7 +79,7 @@ def _text(options):
     name = rospy.resolve_name(options.param)
     text = rospy.get_param(options.param, None)
     if not isinstance(text, str) or not text.strip():
-        sys.exit(f'spawn_model: the parameter {name} holds no model; set it in the launch file, before this node: '
+        sys.exit(f'spawn_model: the parameter {name} contains no model; set it in the launch file, before this node: '
                  f'<param name="{options.param}" command="xacro FILE"/>')
     return text
 

@@ -187,7 +187,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'a bracket is missing or one too many: each ( [ {{ needs its ) ] }}'),
     (r"expected ':'", 'lines that begin with if, else, while, for, def or class end with a colon'),
     (r"invalid character|invalid non-printable",
-     'a quotation mark, a minus or a blank was copied from a document: type it anew on the keyboard'),
+     'a quotation mark, a minus or a space was copied from a document: type it again on the keyboard'),
     (r"Maybe you meant '==' or|cannot assign to .* here|SyntaxError: cannot assign",
      'one = gives a name a value, and == compares: names stand to the left of ='),
     (r"unterminated .*string|EOL while scanning", 'a text has to end with the quotation mark that it starts with'),

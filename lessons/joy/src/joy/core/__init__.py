@@ -1,1 +1,1 @@
-"""What needs no ROS: the events of a joystick, and its file."""
+"""The part without ROS: the events of a joystick, and its device file."""

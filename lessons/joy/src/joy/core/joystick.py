@@ -1,4 +1,4 @@
-"""A joystick of Linux, /dev/input/js*: its events, and the axes and buttons that they make. No ROS.
+"""A Linux joystick, /dev/input/js*: its events, and the axes and buttons that follow from them. No ROS.
 
 Axes are -1 to 1, positive to the left and forwards, 0 in the dead zone; buttons are 0 or 1. Both appear in the order of
 the driver, as soon as it has named them.
@@ -17,7 +17,7 @@ DEVICES = '/dev/input/js*'
 
 
 class Joystick:
-    """The state that events make. ``axes`` and ``buttons`` are public and read-only."""
+    """The state that follows from the events. ``axes`` and ``buttons`` are public and read-only."""
 
     def __init__(self, deadzone: float = 0.05, sticky_buttons: bool = False) -> None:
         """``deadzone``: the part of an axis around its middle that counts as 0; sticky buttons toggle when pressed."""
@@ -26,7 +26,7 @@ class Joystick:
         self._deadzone, self._sticky = deadzone, sticky_buttons
 
     def feed(self, data: bytes) -> bool:
-        """Take the events in ``data``, whole ones; return whether anything has changed."""
+        """Process the complete events in ``data``; return whether anything has changed."""
         before = [*self.axes], [*self.buttons]
         for _, value, kind, number in EVENT.iter_unpack(data[:len(data) - len(data) % EVENT.size]):
             if number >= MOST:

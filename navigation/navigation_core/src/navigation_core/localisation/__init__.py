@@ -1,1 +1,1 @@
-"""Localisation in a known map by particles: Monte Carlo localisation with a number of particles that adapts."""
+"""Localisation in a known map: Monte Carlo localisation with an adaptive number of particles."""

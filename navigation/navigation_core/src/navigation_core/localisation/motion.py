@@ -1,7 +1,8 @@
 """How particles move with the odometry: the sampled motion models of Thrun, Burgard and Fox, Probabilistic Robotics.
 
-The model ``diff`` splits a step into turn, way and turn, ``omni`` into way and turn. Their standard deviations are the
-variances of the book, as in old versions of amcl; those with ``-corrected`` take the square root.
+The model ``diff`` splits a step into rotation, translation and rotation, ``omni`` into translation and rotation. They
+use the variances of the book as standard deviations, like old versions of amcl; those with ``-corrected`` take the
+square root.
 """
 import math
 from typing import Sequence
@@ -11,7 +12,7 @@ import numpy as np
 from navigation_core.poses import Array, Pose, wrap
 
 MODELS = 'diff', 'omni', 'diff-corrected', 'omni-corrected'
-SHORT = 0.01  # [m] the direction of a shorter way says nothing
+SHORT = 0.01  # [m] shorter translations have no direction
 
 
 def moved(particles: Array, step: Pose, alphas: Sequence[float], model: str, random: np.random.Generator) -> Array:

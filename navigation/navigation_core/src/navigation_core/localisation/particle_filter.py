@@ -1,11 +1,12 @@
 """Monte Carlo localisation: particles move with the odometry, and those that fit the scans remain."""
 import math
+from statistics import NormalDist
 from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 from scipy import ndimage
 
-from navigation_core.localisation.kld import entropy_limit, quantile_of
+from navigation_core.localisation.kld import entropy_limit
 from navigation_core.localisation.motion import moved
 from navigation_core.localisation.sensor import MeasuredMap, SensorModel, chosen, log_likelihoods, placed
 from navigation_core.poses import Array, Pose, wrap
@@ -47,7 +48,7 @@ class ParticleFilter:
         self.particles: Array = np.zeros((0, 3))
         self.weights: Array = np.zeros(0)
         self._random = np.random.default_rng(seed)
-        self._quantile = quantile_of(settings.kld_probability)
+        self._quantile = NormalDist().inv_cdf(settings.kld_probability)
         self._slow = self._fast = 0.0
         self._updates = 0
         self._lost = False
@@ -67,7 +68,7 @@ class ParticleFilter:
 
     def update(self, step: Pose, scan: Scan) -> None:
         """Take a scan, and the new pose of the odometry in the frame of the last scan's."""
-        if self._lost:  # a scan says more about a place than thousands of guesses
+        if self._lost:  # poses that fit a scan help more than thousands of random ones
             self._set(self._anywhere_like(scan, self._settings.max_particles))
             self._lost = False
         self.particles = moved(self.particles, step, self._settings.alphas, self._settings.motion, self._random)
@@ -110,7 +111,7 @@ class ParticleFilter:
         return guesses[self._random.choice(len(guesses), number, p=weights / weights.sum())]
 
     def _note_fit(self, scan: Scan) -> None:
-        """Follow how well the scans fit, slowly and fast: where the second is worse, the robot is lost."""
+        """Average how well the scans fit, slowly and fast: if the fast mean is worse, the robot seems lost."""
         points = chosen(scan, self._sensor.beams)[0]
         if not len(points):
             return
@@ -121,7 +122,7 @@ class ParticleFilter:
         self._fast += (self._settings.recovery_fast if self._fast else 1.0) * (fit - self._fast)
 
     def _resample(self, scan: Scan) -> None:
-        """Draw particles by weight, as many as the bins that they fill need, and some anew if the robot seems lost."""
+        """Draw as many particles by weight as their bins need; if the robot seems lost, add random ones."""
         most = self._settings.max_particles
         drawn = self._random.choice(len(self.particles), most, p=self.weights)
         particles = self.particles[drawn]

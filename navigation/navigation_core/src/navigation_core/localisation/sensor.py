@@ -24,7 +24,7 @@ class SensorModel(NamedTuple):
     z_rand: float = 0.05
     sigma_hit: float = 0.2  # [m]
     lambda_short: float = 0.1  # [1/m]
-    max_distance: float = 2.0  # [m] greater distances from a wall count as this
+    max_distance: float = 2.0  # [m] larger distances from a wall count as this
     max_range: float = 30.0  # [m]
 
 
@@ -46,7 +46,7 @@ class MeasuredMap:
         self.free = np.stack(grid.to_world(columns, rows), axis=1)
 
     def distances(self, x: Array, y: Array) -> Array:
-        """Return the distances [m] of points [m] to the nearest wall; outside of the map, the greatest one."""
+        """Return the distances [m] of points [m] to the nearest wall; outside of the map, the largest one."""
         columns, rows = self.grid.to_cell(x, y)
         inside = self.grid.contains(columns, rows)
         found = self._distances[np.where(inside, rows, 0), np.where(inside, columns, 0)]
@@ -94,7 +94,7 @@ def _beams(measured: MeasuredMap, particles: Array, scan: Scan, angles: Array, r
 
 
 def cast(measured: MeasuredMap, x: Numbers, y: Numbers, angles: Array, farthest: float) -> Array:
-    """Return how far [m] rays from points get in the map, at most ``farthest``: each step is as long as it is safe."""
+    """Return the lengths [m] of rays to the walls, at most ``farthest``; each step is as long as the free distance."""
     cos, sin = np.cos(angles), np.sin(angles)
     length = np.zeros(angles.shape)
     smallest = 0.5 * measured.grid.resolution

@@ -1,7 +1,7 @@
 """How good a map is: its comparison with the true walls.
 
-Walls are polygons [m] in the frame of the world. A map has a frame of its own, so it is moved first to where its
-occupied cells fit the walls best; ``scores`` says how far that is.
+Walls are polygons [m] in the frame of the world. A map has a frame of its own, so it is first aligned: moved to where
+its occupied cells fit the walls best. ``scores`` returns this alignment, too.
 """
 import math
 from typing import List, NamedTuple, Sequence, Tuple
@@ -17,11 +17,11 @@ Polygon = Sequence[Tuple[float, float]]
 FINE = 0.01  # [m] cells of the true map
 BORDER = 1.0  # [m] around the true walls
 NEAR_CELLS = 1.5  # an occupied cell is right if a true wall is this near [cells], and a wall found likewise
-FARTHEST = 0.5  # [m] greater distances count as this when the map is moved
+FARTHEST = 0.5  # [m] larger distances count as this in the alignment
 POINTS = 2000  # occupied cells that are used for this
 SHIFTS = np.linspace(-0.6, 0.6, 7)  # [m] of the coarse search
 TURNS = np.radians(np.linspace(-20.0, 20.0, 9))  # [rad] of the coarse search
-CUT = 0.75  # [cells] from a wall's surface, a cell may be cut by it
+CUT = 0.75  # [cells] from a wall's surface: the wall may cut cells that are nearer
 SAMPLE = 3  # every third cell of the true map is compared
 CIRCLE = 32  # corners of a round wall
 
@@ -56,8 +56,8 @@ def true_map(walls: Sequence[Polygon], resolution: float = FINE) -> GridMap:
 def scores(grid: GridMap, walls: Sequence[Polygon], start: Tuple[float, float], guess: Pose = ORIGIN) -> MapScores:
     """Return the MapScores of a map.
 
-    ``start`` (x, y) [m] in the world is a place where the robot was: only what is connected with it, within the
-    rectangle around all walls, counts as free area. ``guess`` is where the map's frame is about, in the world. Raise
+    ``start`` (x, y) [m] in the world is a place where the robot was: only the area connected with it, within the
+    rectangle around all walls, counts as free. ``guess`` is the approximate pose of the map's frame in the world. Raise
     ValueError if the map has no occupied cell.
     """
     rows, columns = np.nonzero(grid.cells == OCCUPIED)

@@ -68,7 +68,7 @@ def length(path: Array) -> float:
 
 
 def _way_out(costs: Array, start: Tuple[int, int]) -> Array:
-    """Return the mask of the cells without an obstacle that are no farther from ``start`` than the next free one."""
+    """Return the mask of cells without an obstacle that are at most as far from ``start`` as the nearest free one."""
     rows, columns = np.indices(costs.shape)
     away = np.hypot(rows - start[0], columns - start[1])
     nearest = away[costs < INSCRIBED].min(initial=np.inf)

@@ -124,7 +124,7 @@ class LocalPlanner:
             close = (clearance < self.footprint.circumscribed + costmap.resolution) & result[:, None]
             number, step = np.nonzero(close)
             touching = self._outline_touches(costmap, poses[number, step])
-            if touching.any() and touching[step == 0].any():  # turned into an obstacle: anything that gets it out
+            if touching.any() and touching[step == 0].any():  # rotated into an obstacle: any way out is allowed
                 return result & (clearance[:, -1] >= clearance[:, 0])
             result[number[touching]] = False
         return result
@@ -229,7 +229,7 @@ def ahead(path: Array, pose: Pose, distance: float) -> Array:
 
 
 def along(path: Array, points: Array) -> Tuple[Array, Array]:
-    """Return the distance [m] of points (n, 2) from a path, and the length [m] of its rest from there on."""
+    """Return the distance [m] of points (n, 2) from a path, and the remaining length [m] of the path from there."""
     if len(path) == 1:
         return np.hypot(*(points - path[0]).T), np.zeros(len(points))
     sides = np.diff(path, axis=0)

@@ -1,6 +1,6 @@
 """The states of move_base: plan a path, follow it, recover if one of them fails, give up.
 
-No clock and no ROS: ``step`` is told the time and does one period; it asks a World to plan and to follow.
+No clock and no ROS: ``step`` gets the time and runs one period; it asks a World to plan and to follow.
 """
 import dataclasses
 import enum
@@ -16,7 +16,7 @@ PUSHED = 0.5  # [m] beside its path from which on the robot plans again
 
 
 class World(Protocol):
-    """What a Navigator needs to know and to do."""
+    """The robot and its map, as a Navigator needs them."""
 
     def plan(self, goal: Pose) -> Plan:
         """Return the Plan from the robot to ``goal``."""
@@ -66,7 +66,7 @@ class Step(NamedTuple):
 
 
 class Navigator:
-    """Leads a robot to one goal after the other. ``state`` and ``path`` may be read; ``problem`` says why it failed."""
+    """Drives a robot to one goal after the other. ``state`` and ``path`` may be read; ``problem``: why it failed."""
 
     def __init__(self, world: World, patience: Patience) -> None:
         """Wait for a goal; ``patience`` may be changed later."""

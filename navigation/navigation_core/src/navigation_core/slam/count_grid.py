@@ -1,8 +1,8 @@
-"""A grid that counts how often each cell was hit and how often seen through, and knows the distance to the walls.
+"""A grid that counts how often each cell was hit and how often beams passed it, and has the distance to the walls.
 
-Near a wall, the distance is the mean of what the scans say, so it is right to a fraction of a cell; farther away it is
-that to the nearest occupied cell. In front of a wall it is positive, behind it negative. The grid grows with what is
-seen.
+Near a wall, the distance is the mean of the scans, so it is exact to a fraction of a cell; farther away, it is the
+distance to the nearest occupied cell. It is positive in front of a wall, and negative behind it. The grid grows with
+the scans.
 """
 from typing import Dict, Optional, Tuple
 
@@ -17,10 +17,10 @@ SHIFT = 4  # binary digits of a fraction in OpenCV's coordinates
 SHORTER = 1.0  # [cells] by which the free part of a beam ends before its hit
 GROWTH = 40  # [cells] by which the grid grows at least
 MAX_SIDE = 4000  # [cells]
-BAND = np.arange(-1.5, 1.6, 0.5)  # [cells] along the normal of a wall, where scans tell its distance
+BAND = np.arange(-1.5, 1.6, 0.5)  # [cells] along the normal of a wall, where scans measure its distance
 NEIGHBOURS = 4  # beams to both sides whose points give the normal
 STRAIGHT = 0.4  # [m] between those points at most
-FARTHEST = 0.5  # [m] greater distances count as this
+FARTHEST = 0.5  # [m] larger distances count as this
 MARGIN = 12  # [cells] around a scan in which distances change
 SEEN = 0.3  # a cell seen less often is unknown
 
@@ -38,7 +38,7 @@ class CountGrid:
                         'distance': np.full((rows, columns), FARTHEST, np.float32)}
 
     def copy(self) -> 'CountGrid':
-        """Return a copy that changes by itself."""
+        """Return an independent copy."""
         other = object.__new__(CountGrid)
         other.resolution, other.corner = self.resolution, self.corner.copy()
         other._layers = {name: layer.copy() for name, layer in self._layers.items()}

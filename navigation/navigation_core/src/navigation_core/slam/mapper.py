@@ -1,7 +1,7 @@
-"""Mapping while driving: one map for a scanner that looks all around, particles with a map each for a narrower one.
+"""Mapping while driving: one map if the scanner covers all directions, else particles that each have a map.
 
-A scanner all around sees walls in every direction, so matching alone finds each pose. A camera's 90 degrees often leave
-a direction open; then each particle keeps a guess of its own, and what fits when the robot comes back survives.
+A scanner that covers all directions sees enough walls, so matching alone finds each pose. In a camera's 90 degrees, a
+direction often stays open; then each particle keeps its own pose, and those that fit when the robot returns survive.
 """
 import math
 from typing import List, NamedTuple, Optional, Tuple
@@ -15,11 +15,11 @@ from navigation_core.slam.count_grid import CountGrid
 from navigation_core.slam.matching import Match, beam_distances, match, thinned
 
 ALL_AROUND = math.pi  # [rad] a scan that covers more needs no particles
-TRUST = 2.0  # weight of one scan in the choice of particles, in independent beams for each radian
+TRUST = 2.0  # weight of one scan in the resampling, in independent beams per radian
 OUTLIERS = 0.1  # share of beams that may end anywhere
 LEAST = np.array([0.02, 0.02, 0.02])  # [m, m, rad] added to the deviations of the odometry
 SPREAD = 0.5  # of the particles, in deviations of the odometry: their increments are matched already
-FITS = 0.08  # [m] standard deviation of a beam's end, for the choice of particles
+FITS = 0.08  # [m] standard deviation of a beam's end, for the resampling
 
 
 class Settings(NamedTuple):
@@ -40,19 +40,19 @@ class Settings(NamedTuple):
 
 
 class _Particle:
-    """One guess: where the robot is, and the map that follows from its path."""
+    """One hypothesis: the pose of the robot, and the map that follows from its path."""
 
     def __init__(self, pose: Pose, grid: CountGrid, total: float = 0.0) -> None:
         self.pose, self.grid = pose, grid
-        self.total = total  # logarithm of the weight since the beginning
-        self.weight = 0.0  # the same since the last choice
+        self.total = total  # logarithm of the weight since the start
+        self.weight = 0.0  # the same since the last resampling
 
     def copy(self) -> '_Particle':
         return _Particle(self.pose, self.grid.copy(), self.total)
 
 
 class Mapper:
-    """Makes a map of odometry and scans. Public and read-only: ``pose``, in the map's frame, and ``updates``."""
+    """Makes a map from odometry and scans. Public and read-only: ``pose``, in the map's frame, and ``updates``."""
 
     def __init__(self, settings: Settings, start: Pose = Pose(), seed: int = 0) -> None:  # noqa: B008  immutable
         """Begin with an empty map; the robot is at ``start`` in the map's frame."""
@@ -158,7 +158,7 @@ class Mapper:
         return float(TRUST * len(scan.angles) * scan.spacing * fit)
 
     def _choose(self) -> None:
-        """Replace the particles by what their weights say, once few of them carry most of the weight."""
+        """Resample the particles by their weights when few of them have most of the weight."""
         weights, number = self._weights(), len(self._particles)
         if 1.0 / np.square(weights).sum() > self.settings.resample_threshold * number:
             return
@@ -173,7 +173,7 @@ class Mapper:
 
 
 def drawn(weights: Array, number: int, offset: float) -> List[int]:
-    """Return ``number`` indices, each as often as its weight says: low-variance drawing; ``offset`` in [0, 1)."""
+    """Return ``number`` indices, drawn by weight with low-variance sampling; ``offset`` in [0, 1)."""
     steps = (np.arange(number) + offset) / number
     found = np.searchsorted(np.cumsum(weights), steps * weights.sum())
     return [int(index) for index in np.minimum(found, len(weights) - 1)]

@@ -1,4 +1,4 @@
-"""Finds the pose at which a scan fits a map: Gauss-Newton steps on distances to walls, tied to the expected pose."""
+"""Find the pose at which a scan fits a map: Gauss-Newton on distances to walls, with the expected pose as prior."""
 import math
 from typing import List, NamedTuple, Sequence
 
@@ -10,7 +10,7 @@ from navigation_core.slam.count_grid import CountGrid
 
 BEAMS = 180  # that are matched at most, evenly chosen
 STEPS = 10  # at most
-NEAR = 2e-4  # [m, rad] so short a step is the last
+NEAR = 2e-4  # [m, rad] a step this short is the last
 FARTHEST_STEP = 0.1  # [m, rad] of one step
 ERROR = 0.03  # [m] a beam's distance from a wall, standard deviation
 INDEPENDENT = 0.2  # share of the beams that count: neighbours hit the same wall
@@ -39,8 +39,8 @@ def thinned(scan: Scan, beams: int = BEAMS) -> Array:
 def match(grid: CountGrid, points: Array, expected: Pose, deviations: Sequence[float]) -> Match:
     """Return where points (n, 2) [m] of a scan fit the grid, near ``expected``.
 
-    ``deviations`` (x, y [m], yaw [rad]) are the standard deviations of the expected pose, in the grid's frame: where
-    walls say nothing, as along a corridor, it remains.
+    ``deviations`` (x, y [m], yaw [rad]) are the standard deviations of the expected pose, in the grid's frame: it
+    decides where walls give no information, such as along a corridor.
     """
     prior = 1.0 / np.square(np.maximum(deviations, 1e-3))
     found = _refined(grid, points, expected, prior, expected)
@@ -91,7 +91,7 @@ def _step(grid: CountGrid, points: Array, pose: Array, prior: Array, expected: P
     turned_x, turned_y = cos * points[:, 0] - sin * points[:, 1], sin * points[:, 0] + cos * points[:, 1]
     off, slope_x, slope_y = grid.distances(pose[0] + turned_x, pose[1] + turned_y)
     slopes = np.stack([slope_x, slope_y, slope_y * turned_x - slope_x * turned_y], axis=1)
-    weights = INDEPENDENT / (ERROR * ERROR + off * off)  # Cauchy's: far ones may belong to what is not mapped yet
+    weights = INDEPENDENT / (ERROR * ERROR + off * off)  # Cauchy weights: distant points may not be mapped yet
     missing = np.array([expected.x - pose[0], expected.y - pose[1], wrap(expected.yaw - pose[2])])
     weighted = slopes * weights[:, None]
     step = np.linalg.solve(weighted.T @ slopes + np.diag(prior), prior * missing - weighted.T @ off)

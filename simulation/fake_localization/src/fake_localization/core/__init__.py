@@ -1,1 +1,1 @@
-"""What needs no ROS: frames in the plane."""
+"""The part without ROS: frames in the plane."""

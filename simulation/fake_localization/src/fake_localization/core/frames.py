@@ -6,7 +6,7 @@ from kinematic_core.worlds.planar import Pose2D
 
 
 def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
-    """Return a pose that is given in ``frame`` in the frame that ``frame`` itself is in."""
+    """Convert a pose given in ``frame`` to the frame in which ``frame`` is given."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     return Pose2D(frame.x + cos * pose.x - sin * pose.y, frame.y + sin * pose.x + cos * pose.y,
                   wrap_angle(frame.yaw + pose.yaw))

@@ -1,1 +1,1 @@
-"""What needs no ROS: robots and models read from URDF and SDF, and the world that they live in."""
+"""The part without ROS: robots and models from URDF and SDF, and their world."""

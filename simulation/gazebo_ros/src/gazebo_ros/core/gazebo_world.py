@@ -1,6 +1,6 @@
 """Models and robots in one world, in fixed steps. No ROS, no clock; not thread-safe.
 
-World frame: x forward, y to the left, z up; metres, radians. A *model* is what Gazebo calls so: a name, a pose, and
+World frame: x forward, y to the left, z up; metres, radians. A *model*, as in Gazebo, has a name, a pose, and
 either shapes or a robot.
 """
 import math
@@ -30,7 +30,7 @@ class State(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A model without a robot: its shapes where they are, and its pose."""
+    """A model without a robot: its shapes in the world, and its pose."""
 
     pose: Pose2D
     z: float
@@ -61,7 +61,7 @@ class GazeboWorld:
         return self.steps * DT
 
     def add(self, element: Element, name: str, pose: np.ndarray, namespace: str = '', folder: str = '.') -> List[str]:
-        """Add the SDF <model> ``element`` under a name at a pose (4, 4); return warnings about what is left out.
+        """Add the SDF <model> ``element`` under a name at a pose (4, 4); return warnings about parts that are left out.
 
         ``namespace`` is that of its plugins, unless they name one. Raise InvalidInput for a name that exists,
         impossible numbers, or a place that is taken.
@@ -151,7 +151,7 @@ class GazeboWorld:
         return found
 
     def state(self, name: str, frame: str = '') -> State:
-        """Return the State of a model, or of a link ``model::link``, in a frame; InvalidInput for unknown names."""
+        """Return the State of a model or a link ``model::link`` in a frame; raise InvalidInput for unknown names."""
         found = self._find(name, 'model')
         if frame in WORLD_FRAMES:
             return found
@@ -162,7 +162,7 @@ class GazeboWorld:
         return State(pose, found.z - reference.z, _turned(found.twist, -reference.pose.yaw))
 
     def in_world(self, pose: Pose2D, frame: str = '') -> Pose2D:
-        """Return the pose in the frame of the world; ``pose`` is in ``frame``. InvalidInput if that is unknown."""
+        """Convert a pose in ``frame`` to the frame of the world; raise InvalidInput if ``frame`` is unknown."""
         if frame in WORLD_FRAMES:
             return pose
         reference = self._find(frame, 'frame').pose
@@ -175,7 +175,7 @@ class GazeboWorld:
         return found[name]
 
     def _set_models(self, models: Dict[str, Model]) -> None:
-        """Take over the models, unless a shape is impossible or a robot is where it would be."""
+        """Replace the models, unless a shape is impossible or would overlap a robot."""
         plan = self._plan_of(models)
         plan.check()
         changed: List[Vehicle] = []

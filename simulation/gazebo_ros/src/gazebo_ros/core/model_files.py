@@ -1,4 +1,4 @@
-"""Models and worlds as Gazebo's launch files and services name them: files, model://NAME, URDF and SDF. No ROS."""
+"""Find and read models and worlds of Gazebo: files, model://NAME, URDF and SDF. No ROS."""
 import os
 from typing import List, NamedTuple, Sequence, Tuple
 from xml.etree.ElementTree import Element
@@ -25,7 +25,7 @@ class Found(NamedTuple):
 
 
 def use_folders(folders: Sequence[str]) -> None:
-    """Search models in these folders, too, from now on."""
+    """Also search for models in these folders from now on."""
     known = [folder for folder in os.environ.get(FOUND_BY, '').split(':') if folder]
     os.environ[FOUND_BY] = ':'.join(known + [folder for folder in folders if folder not in known])
 

@@ -1,4 +1,4 @@
-"""What moves a robot and what it senses, read from the plugins and sensors of an SDF <model>. No ROS.
+"""The drive and the sensors of a robot, read from the plugins and sensors of an SDF <model>. No ROS.
 
 Lengths in metres, angles in radians. A robot turns about its *centre*: the middle between the driven wheels, or the
 origin of the model if it drives in any direction. Sensors stand in the frame of the centre, x forward, y to the left;
@@ -16,15 +16,15 @@ from kinematic_core.worlds.floor_plan import GREY, Colour
 from plain_support import InvalidInput, shown
 from sim_scene import meshes, sdf
 
-LEVEL = 0.05  # [rad] a laser or a camera that is tilted more is said to be level here
+LEVEL = 0.05  # [rad] if a laser or a camera is tilted more, a warning says that it is level here
 DEFAULT_RADIUS, DEFAULT_HEIGHT = 0.1, 0.2  # [m] of a model without any shape
 MOST_RAYS = 4096
-SENSOR_HEIGHT = 0.03  # [m] of a sensor's body above its origin: other robots' lasers, as high as it, see it
+SENSOR_HEIGHT = 0.03  # [m] of a sensor's body above its origin, so that other robots' lasers see it
 FASTEST = 100.0  # [Hz] of any topic: one message a step
 
 
 class Drive(NamedTuple):
-    """What moves a robot: ``separation`` and ``wheel_radius`` are 0 if it moves in any direction."""
+    """The drive of a robot: ``separation`` and ``wheel_radius`` are 0 if it moves in any direction."""
 
     namespace: str
     command: str  # topics
@@ -91,7 +91,7 @@ class Camera(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What tells the motion of a robot: a sensor_msgs/Imu, or if ``is_pose`` a nav_msgs/Odometry in the world."""
+    """A sensor of the motion of a robot: a sensor_msgs/Imu, or if ``is_pose`` a nav_msgs/Odometry in the world."""
 
     namespace: str
     topic: str
@@ -119,7 +119,7 @@ class Contact(NamedTuple):
 
 
 class Robot(NamedTuple):
-    """All that is simulated of a model with plugins."""
+    """The simulated parts of a model with plugins."""
 
     drive: Optional[Drive]
     lasers: Tuple[Laser, ...]
@@ -143,7 +143,7 @@ def is_robot(model: Element) -> bool:
 def read(model: Element, name: str, namespace: str = '', folder: str = '.') -> Robot:
     """Return the Robot that an SDF <model> describes; raise InvalidInput for impossible numbers.
 
-    ``namespace`` is that of all plugins that name none.
+    ``namespace`` is that of all plugins that do not name one.
     """
     return _Reader(model, name, namespace, folder).robot()
 
@@ -165,13 +165,13 @@ class _Reader:
         sensors = {id(plugin): (link, sensor) for link in self._model.findall('link')
                    for sensor in link.findall('sensor') for plugin in sensor.findall('plugin')}
         plugins = list(self._model.iter('plugin'))
-        plugins.sort(key=lambda plugin: _file(plugin) not in DRIVES)  # which find the centre
+        plugins.sort(key=lambda plugin: _file(plugin) not in DRIVES)  # drives first, because they find the centre
         for plugin in plugins:
             reader = READERS.get(_file(plugin))
             if reader is None:
                 self.warnings.append(f'the plugin {_file(plugin)} is not simulated')
             elif _file(plugin) in SENSORS and id(plugin) not in sensors:
-                self.warnings.append(f'the plugin {_file(plugin)} is in no <sensor>; left out')
+                self.warnings.append(f'the plugin {_file(plugin)} is not in a <sensor>; it is left out')
             else:
                 link, sensor = sensors.get(id(plugin), (None, None))
                 reader(self, plugin, link, sensor)
@@ -226,7 +226,7 @@ class _Reader:
             self._rate(plugin, 'odometryRate', 20.0), timeout=timeout if timeout > 0.0 else math.inf))
 
     def read_laser(self, plugin: Element, link: Optional[Element], sensor: Optional[Element]) -> None:
-        assert link is not None and sensor is not None  # as all that SENSORS names
+        assert link is not None and sensor is not None  # because SENSORS lists it
         scan = _inner(sensor, 'scan/horizontal')
         rays = self._number(scan, 'samples', 640, 1, MOST_RAYS) * self._number(scan, 'resolution', 1.0, 0.01, 100.0)
         nearest, farthest = self._span(sensor)
@@ -331,7 +331,7 @@ class _Reader:
         return number
 
     def _body(self) -> Tuple[float, float, Colour]:
-        """Return the radius and height of a cylinder in the place of the robot's shapes, and the colour of the first.
+        """Return radius and height of a cylinder that replaces the robot's shapes, and the colour of the first shape.
 
         The radius is the mean of the distances from the centre to the outline ahead, behind, left and right.
         """

@@ -1,6 +1,6 @@
 """Turn a URDF into an SDF <model>, as Gazebo does before it reads a robot. No ROS.
 
-All joints are at zero. The tags <gazebo> go where they belong: sensors into their link, plugins into the model.
+All joints are at zero. The contents of <gazebo> tags are moved: sensors into their link, plugins into the model.
 """
 import math
 from typing import Dict, List, Optional, Tuple
@@ -15,7 +15,7 @@ ATTRIBUTES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('ra
 
 
 def to_sdf(robot: Element) -> Element:
-    """Return the <model> of a <robot>; raise InvalidInput if its links and joints make no tree."""
+    """Return the <model> of a <robot>; raise InvalidInput unless its links and joints form a tree."""
     if robot.tag != 'robot':
         raise InvalidInput(f'not a URDF: the text begins with <{robot.tag:.80}>; it must be <robot>')
     model = Element('model', name=robot.get('name') or 'robot')
@@ -120,7 +120,7 @@ def _add_part(link: Element, part: Element, name: str, colours: Dict[str, str]) 
 
 
 def _colours(robot: Element) -> Dict[str, str]:
-    """Return {material: its rgba} of those that stand beside the links."""
+    """Return {material: its rgba} of the materials defined beside the links."""
     found = {material.get('name') or '': material.find('color') for material in robot.iter('material')}
     return {name: colour.get('rgba') or '' for name, colour in found.items() if colour is not None}
 
@@ -139,7 +139,7 @@ def _extend(model: Element, links: Dict[str, Element], extension: Element) -> No
         return
     link = links.get(reference)
     if link is None:
-        return  # of a joint: its friction and the like
+        return  # settings of a joint, such as its friction
     link.extend(extension.findall('sensor'))
     link.extend(extension.findall('plugin'))
     name = (extension.findtext('material') or '').strip()

@@ -14,14 +14,14 @@ from kinematic_core.worlds.rays import RayCaster
 from kinematic_core.worlds.robot_world import RobotWorld
 from plain_support import InvalidInput
 
-DT = 0.01  # [s] a step: 100 Hz is the default of Gazebo's plugins, and most rates are parts of it
+DT = 0.01  # [s] a step: 100 Hz is the default of Gazebo's plugins, and divides most rates
 
 
 class Vehicle:
     """A Robot somewhere in a FloorPlan. ``name`` is that of its model; ``start`` is the pose where it was spawned."""
 
     def __init__(self, name: str, robot: Robot, pose: Pose2D, plan: FloorPlan, others: Sequence[Cylinder]) -> None:
-        """Put its model at ``pose``, or beside the obstacles there; InvalidInput if no place is free."""
+        """Put its model at ``pose``, or beside the obstacles there; raise InvalidInput if no place is free."""
         self.name, self.robot = name, robot
         obstacles = Obstacles(plan, robot.radius, robot.height)
         obstacles.set_others(others)
@@ -67,7 +67,7 @@ class Vehicle:
 
     @property
     def body(self) -> Cylinder:
-        """Return what other robots and their sensors meet."""
+        """Return the body that other robots and their sensors meet."""
         centre, robot = self.centre, self.robot
         return Cylinder(self.name, centre.x, centre.y, robot.radius, robot.height, 0.0, robot.colour)
 
@@ -82,7 +82,7 @@ class Vehicle:
         return self._of_wheels(self.twist)
 
     def command(self, x: float, y: float, turn: float) -> None:
-        """Drive with a velocity [m/s, m/s, rad/s] from the next step on; InvalidInput if it is absurd, and it stops."""
+        """Drive with a velocity [m/s, m/s, rad/s] from now on; stop and raise InvalidInput if it is absurd."""
         drive = self.robot.drive
         self._command = STILL
         y = y if drive and not drive.separation else 0.0
@@ -90,13 +90,13 @@ class Vehicle:
         self._command = Twist2D(x, y, turn)
 
     def put(self, pose: Pose2D) -> None:
-        """Put its model, stopped, at a pose or beside the obstacles there; InvalidInput if no place is free."""
+        """Stop, and put its model at a pose or beside the obstacles there; raise InvalidInput if no place is free."""
         x, y = self._world.nearest_free(*ahead(pose, self.robot.ahead)) or ahead(pose, self.robot.ahead)
         self._world.place(x, y, pose.yaw)
         self._command = self._ramped = STILL
 
     def set_plan(self, plan: FloorPlan) -> None:
-        """Set the obstacles; InvalidInput if one of them is where the robot is."""
+        """Set the obstacles; raise InvalidInput if one of them overlaps the robot."""
         self._world.set_plan(plan)
 
     def step(self, others: Sequence[Cylinder]) -> None:
@@ -113,7 +113,7 @@ class Vehicle:
         self._encoders = advance(self._encoders, world.twist, DT)
 
     def reset(self) -> None:
-        """Put it, stopped, where it was spawned, with new odometry."""
+        """Stop, and put it where it was spawned, with new odometry."""
         self.put(self.start)
         self._encoders = ORIGIN
 
@@ -140,7 +140,7 @@ class Vehicle:
         return (motion.linear_x - half) / drive.wheel_radius, (motion.linear_x + half) / drive.wheel_radius
 
     def _approached(self, change: float, separation: float) -> Twist2D:
-        """Return the commanded velocity, unless a wheel's rim would have to change by more than ``change`` [m/s]."""
+        """Return the next velocity towards the commanded one; each wheel's rim changes by at most ``change`` [m/s]."""
         half = separation / 2.0
         rims = []
         for side in (-half, half):

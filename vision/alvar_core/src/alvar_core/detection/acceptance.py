@@ -21,12 +21,12 @@ class Features(NamedTuple):
 
     * ``likeness``: correlation of the image with the drawn marker, up to 1
     * ``outside``: grey of the darkest of the four strips around the marker minus that of paper, divided by the contrast
-    * ``outside_but_one``: the same of the second darkest strip
+    * ``outside_but_one``: the same for the second darkest strip
     * ``detail``: likeness of the data cells, after smooth changes of brightness are removed
     * ``bad_inside``, ``bad_rim``: number of data cells and of border cells that differ from the drawing
-    * ``kept``: share of the samples that agree with the drawing
+    * ``kept``: share of the samples that agree with the drawing (inliers)
     * ``contrast``, ``noise`` [greys]; ``blur``: variance [px^2 at the level]
-    * ``fit``, ``gap``: those of the Reading; ``edges``: those of its cells
+    * ``fit``, ``gap``: as in Reading; ``edges``: number of edges between its black and white cells
     """
 
     likeness: float
@@ -45,12 +45,12 @@ class Features(NamedTuple):
 
     @classmethod
     def of_row(cls, row: Any) -> Features:
-        """Return those of a record of the compiled steps."""
+        """Return the Features in a record of the compiled steps."""
         return cls(**dict(zip(row.dtype.names, row.tolist())))
 
 
 def edges(black: ArrayLike) -> Integers:
-    """Return the number of edges between black and white cells of markers (..., n, n), bool, but the outer ones."""
+    """Return the number of edges between black and white cells of markers (..., n, n), bool, without the outer ones."""
     black = np.asarray(black, bool)
     count: Integers = ((black[..., 1:, :] != black[..., :-1, :]).sum((-2, -1))
                        + (black[..., 1:] != black[..., :-1]).sum((-2, -1)))
@@ -58,13 +58,13 @@ def edges(black: ArrayLike) -> Integers:
 
 
 def shortfall(f: Features) -> Shortfall | None:
-    """Return what a candidate misses; None for a marker."""
+    """Return the first threshold that a candidate misses; None for a marker."""
     found: Shortfall | None = native.steps.shortfall(features=_compiled(f), limit=native.limit)
     return found
 
 
 def may_be_covered(f: Features, fit: float) -> bool:
-    """Return whether a candidate with these features, which is no marker by them, may be one that is partly covered.
+    """Return whether a candidate that these features reject may be a partly covered marker.
 
     ``fit``: that of its Reading.
     """
@@ -72,7 +72,7 @@ def may_be_covered(f: Features, fit: float) -> bool:
 
 
 def is_sure(f: Features) -> bool:
-    """Return whether the code of a candidate is no chance: what was read with its corners elsewhere is a marker."""
+    """Return whether the code is too clear to be chance: the candidate is a marker even if its corners were wrong."""
     return bool(native.steps.is_sure(features=_compiled(f), limit=native.limit))
 
 
@@ -119,6 +119,6 @@ class Appearance:
     def features(self, state: Alignment, noise: Floats) -> list[Features]:
         """Return the Features of each marker, without those of its Reading.
 
-        The likeness is not a number where the homography is none.
+        The likeness is NaN where the homography is not finite.
         """
         return [Features.of_row(row) for row in self.steps.features(state=state, noise=noise, limit=native.limit)]

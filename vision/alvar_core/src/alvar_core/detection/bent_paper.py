@@ -30,7 +30,7 @@ from alvar_core.rotations import angle_between
 FIRST_PLACES = np.array([0.0])  # along an edge, [cells], while the axis is fixed
 PLACES = np.array([-0.3, 0.0, 0.3])
 STEP = 1e-3  # rad, for the derivatives by bend and axis
-SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2])  # of the parameters of Curved paper
+SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2])  # of the parameters of a Curved marker
 
 
 class Sheet(NamedTuple):
@@ -129,11 +129,11 @@ class Cylinder(Curved):
 class Crease(Curved):
     """A marker folded once, by: fold [rad], direction [rad] across the crease, its distance [widths] from the middle.
 
-    The plane that the pose is of has the middle.
+    The pose is that of the plane on which the marker's middle lies.
     """
 
     def of_middle(self, theta: Floats) -> Floats:
-        """Return the parameters (n,) of the same paper whose pose is that of the plane that has the middle."""
+        """Return the parameters (n,) of the same paper whose pose is that of the plane with the middle."""
         fold, way, offset = theta[6:]
         if offset >= 0:
             return theta
@@ -143,7 +143,7 @@ class Crease(Curved):
         return np.array([*cv2.Rodrigues(folded)[0][:, 0], *(turn @ middle + theta[3:6]), fold, way + np.pi, -offset])
 
     def bend(self, theta: Floats) -> float:
-        """Return how much the paper turns [rad] on the marker."""
+        """Return the angle by which the paper turns within the marker [rad]."""
         return float(theta[6]) if theta[8] < thresholds.MAX_CREASE else 0.0
 
     def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
@@ -153,7 +153,7 @@ class Crease(Curved):
 
 
 class Fit(NamedTuple):
-    """An EdgeFit and the model whose parameters it has."""
+    """An EdgeFit and the model that it fits."""
 
     model: Curved
     edges: EdgeFit
@@ -197,7 +197,7 @@ class BentPaper:
               shapes: Sequence[Sequence[float]], reach: float, light: Light) -> list[Fit]:
         """Return the Fits of a model from each of the poses ``flat`` and each of ``shapes``."""
         starts = np.array([[*pose, *shape] for pose in flat for shape in shapes])
-        # where the axis or the crease is stays fixed until the end: flat paper has none
+        # the axis or crease stays fixed until the end, because flat paper has none
         fits = self._aligner.fit(grey, camera, model, starts, edge_points(black, FIRST_PLACES), SCALE[:7], reach,
                                  thresholds.BEND_STEPS, light=light)
         best = [fit.parameters for k in range(0, len(fits), len(shapes))

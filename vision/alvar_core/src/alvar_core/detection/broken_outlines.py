@@ -1,4 +1,4 @@
-"""Find squares whose outline is broken, by a shadow's edge for instance: from the straight parts of all outlines.
+"""Find squares whose outline is broken, for instance by the edge of a shadow, from straight parts of outlines.
 
 An outline that leaves a side of the square where the shadow begins still follows the rest of that side. Two straight
 parts that meet at a right turn are a corner, and two corners that face each other are a square.

@@ -1,6 +1,6 @@
 """Learn a bundle: where its markers are, from images that each show some of them.
 
-The markers are found one after the other, beginning at the master. Each image in which a marker is seen beside known
+The markers are found one after the other, beginning at the master. Each image that shows a marker beside known
 ones gives up to four poses of it, because small markers are ambiguous; the one that fits most images is chosen. Then
 the poses of all markers and of the camera in all images are fitted to all corners at once, each weighted by its error.
 Markers that contradict the others in an image count little there.
@@ -25,9 +25,9 @@ from alvar_core.detection.detection import Detection
 from alvar_core.rotations import angle_between
 
 MIN_VIEWS = 2  # images in which a marker is seen beside known ones, as in the original
-MAX_VIEWS = 200  # images: more take long and add little
+MAX_VIEWS = 200  # images: more of them take long and add little
 MOVED = 3.0  # [px] that the corners differ from those of an earlier image: nearer ones show nothing new
-CORNER_FLOOR = 0.05  # [px] error of a corner that is in no covariance: calibration, print
+CORNER_FLOOR = 0.05  # [px] error of a corner that its covariance does not include: calibration, print
 OUTLIER = 3.0  # times the usual error of a marker in an image: from there on it counts less than half
 SAME_START = math.radians(8.0)  # candidates for a marker's pose nearer to each other lead to the same
 STEPS, SETTLED = 30, 1e-7  # of the fit; relative change of its cost
@@ -81,7 +81,7 @@ class Training:
         self.views: list[View] = []
 
     def add(self, detections: Sequence[Detection], camera: Camera) -> View:
-        """Keep what an image shows, and return it; raise TrainingError if it is of no use."""
+        """Keep the View of an image, and return it; raise TrainingError if the image cannot be used."""
         if len(self.views) >= MAX_VIEWS:
             raise TrainingError(f'there are {MAX_VIEWS} images, which is the most; optimize and save, or reset')
         mine = [each for each in detections if each.id in self.ids]
@@ -131,7 +131,7 @@ class Training:
             known.append(max(ready, key=lambda number: count[number]))
 
     def solve(self) -> Learnt:
-        """Return what follows from the Views; raise TrainingError if no marker but the master can be placed."""
+        """Return the bundle that the Views show; raise TrainingError if only the master can be placed."""
         known, unknown = self._connected()
         if len(known) < 2:
             raise TrainingError(f'{len(self.views)} images are too few. ' + ' '.join(self.missing()))
@@ -168,7 +168,7 @@ class Training:
         return found
 
     def _grown(self, placed: _Placed, number: int) -> tuple[_Fit | None, bool]:
-        """Return the best _Fit with one more marker, and whether no other pose of it fits nearly as well."""
+        """Return the best _Fit with one more marker, and whether its pose is clearly better than all others."""
         poses = self._view_poses(placed)
         fits = []
         for rotation, position in self._candidates(poses, number):
@@ -305,7 +305,7 @@ class _Fit:
         return min(solutions, key=misfit)
 
     def run(self) -> float:
-        """Fit, and return the cost: chi2 in which what contradicts counts little, in units of the usual error."""
+        """Fit, and return the cost: chi2 in units of the usual error, in which contradicting markers count little."""
         if not len(self._view):
             return math.inf
         with np.errstate(all='ignore'):

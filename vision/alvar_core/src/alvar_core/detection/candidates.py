@@ -26,7 +26,7 @@ def mean_around(smooth: Image, window: int, buffers: ImageBuffers) -> Image:
 
 def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: ImageBuffers | None = None,
                parts: list[Floats] | None = None) -> Floats:
-    """Return the quads (N, 4, 2), float64, that some passes find in a lightly smoothed grey image.
+    """Return the quads (N, 4, 2), float64, that ``passes`` find in a lightly smoothed grey image.
 
     The default is all of thresholds.PASSES. ``parts`` gets the straight parts (K, 2, 2) of the outlines of the first of
     PASSES, which is the finest.
@@ -77,9 +77,9 @@ def distinct(quads: Floats, score: Floats, which: Integers) -> list[int]:
 
 
 class Turns:
-    """Who has a turn if there are more than ``most`` candidates: all get one, image after image.
+    """Rations the search if an image has more than ``most`` candidates: each gets its turn, over several images.
 
-    ``left_out``: how many had none in the last image.
+    ``left_out``: how many had no turn in the last image.
     """
 
     def __init__(self, most: int) -> None:
@@ -98,7 +98,7 @@ class Turns:
     def of(self, quads: Floats, which: list[int]) -> list[int]:
         """Return the places in ``which``, indices of quads, whose turn it is.
 
-        They take turns from top to bottom in the image.
+        The turns go from top to bottom in the image.
         """
         places: list[int] = native.steps.in_turn(quads=quads, which=which, most=self.most, first=self.first)
         self.passed(len(which) - len(places))

@@ -15,16 +15,16 @@ from alvar_core.detection.prepared_image import PreparedImage
 
 
 def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int]) -> Floats | None:
-    """Return the corners (4, 2) [real px] of a dark square that may be of any shape, from where they are about.
+    """Return the exact corners (4, 2) [real px] of a dark quadrilateral near approximate ``corners``.
 
-    They are measured one by one, within each of ``reaches`` [px] around them in turn. None: one is not seen there.
+    Each is measured alone, within each of ``reaches`` [px] in turn. Return None if one of them is not found.
     """
     found: Floats = np.asarray(corners, np.float32).reshape(-1, 1, 2)
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
     for reach in reaches:
         before = found.copy()
-        cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)  # it changes them
-        if (found == before).all(2).any():  # what cornerSubPix does with a corner that it does not find
+        cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)  # in place
+        if (found == before).all(2).any():  # cornerSubPix leaves a corner that it does not find
             return None
     return found.reshape(-1, 2).astype(np.float64)
 

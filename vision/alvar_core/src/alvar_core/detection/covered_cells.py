@@ -1,8 +1,8 @@
-"""Read markers of which something covers cells: without the cells that may be covered.
+"""Read partly covered markers: compare only the cells that are certainly visible.
 
-Any two code words differ in at least four cells, so up to three unknown cells never hide which one it is. Which cells
-are covered is not known for sure: those that are neither black nor white, and those next to places of the border that
-are not black, because what reaches into a marker crosses its border.
+Any two code words differ in at least four cells, so a word stays unique with up to three unknown cells. Cells count as
+covered if they are neither black nor white, or if they lie next to a part of the border that is not black, because an
+object that covers cells crosses the border, too.
 """
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 class CoveredReading(NamedTuple):
-    """The index of a code word, how much the uncovered cells differ from it at most, and how much more from the next.
+    """The index of a code word, the largest difference of an uncovered cell from it, and the gap to the next word.
 
-    The latter is a sum of squares.
+    The gap is a difference of sums of squares.
     """
 
     word: int
@@ -61,7 +61,7 @@ class CoveredReader:
             known = ~unknown.ravel()
             if known.sum() < thresholds.MIN_UNCOVERED:
                 return None
-            # of (w - d)^2, where w is 0 or 1, what depends on w
+            # the part of (w - d)^2 that depends on w, which is 0 or 1
             cost = self._words @ (known * (1 - 2 * data))
             best = int(cost.argmin())
             error = float((np.abs(self._words[best] - data) * known).max())

@@ -1,8 +1,8 @@
 """Improve the poses of markers with the points of a depth camera: a plane is fitted to the points on each marker.
 
-An image measures the direction to a marker best, and how far away it is while it is large. It measures the tilt of a
-small or frontal marker badly, and sometimes cannot tell two tilts apart. Points measure the plane of the marker. Both
-are weighted by their errors, and one pose is fitted to both.
+An image measures the direction to a marker very well, and its distance well if the marker is large. It measures the
+tilt of a small or frontal marker badly, and sometimes cannot tell two tilts apart. Points measure the plane of the
+marker. Both are weighted by their errors, and one pose is fitted to both.
 
 A plane is three numbers q: of each of its points p, q @ p = 1. So 1 / z = q @ (x / z, y / z, 1) is linear in the ray,
 and the noise of stereo and structured-light cameras, which measure 1 / z, is the same at all distances.

@@ -27,7 +27,7 @@ class Detection:
     first, ``features`` what the acceptance has measured, ``information`` (8, 8) [1/px^2] the inverse covariance of the
     corners. ``bend`` [rad]: how much the paper turns over the marker's width, positive for a bulge towards the camera;
     the pose is then that of the plane that touches the middle. ``doubtful``: the pose may be off by more than 5
-    degrees, and ``reason`` says why: the corners are those of no flat square, or no paper agrees with the edges.
+    degrees, and ``reason`` says why: the corners do not fit a flat square, or no paper shape agrees with the edges.
     ``thin_margin``: the white margin is too narrow to measure the rim of the black square.
     """
 
@@ -65,15 +65,15 @@ class Detection:
         return max(math.dist(corner, self.centre) for corner in self.corners.tolist())
 
     def doubt_size(self, error: float) -> None:
-        """Let the information of the corners say that all of them may lie ``error`` [px] farther out or in alike."""
+        """Add to the errors of the corners that all of them may lie ``error`` [px] farther out or in together."""
         if self.information is not None:
             outward = self.corners - self.corners.mean(0)
             outward = (outward / np.linalg.norm(outward, axis=1, keepdims=True)).ravel() * error
-            told = self.information @ outward  # that of the covariance plus this error, by Sherman and Morrison
+            told = self.information @ outward  # of the covariance plus this error (Sherman-Morrison formula)
             self.information = self.information - np.outer(told, told) / (1 + outward @ told)
 
     def forget_size(self) -> None:
-        """Compute centre, side and reach again when they are needed; the corners have changed."""
+        """Forget centre, side and reach, because the corners have changed."""
         for each in ('centre', 'side', 'reach'):
             self.__dict__.pop(each, None)
 

@@ -7,13 +7,13 @@ An image passes these stages, each on all candidates at once:
 1. candidates.candidates finds dark quadrilaterals; candidates.refined moves their sides to where the grey rises.
 2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each.
 3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
-4. acceptance decides whether it is a marker; what is none is read again without the cells that may be covered.
+4. acceptance decides whether it is a marker; if not, it is read again without the cells that may be covered.
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
-and measures those again whose greys do not fit the drawing well. If the image is full of parallel stripes of light, it
-passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are
-bows, or whose corners are in no plane, as a cylinder or two planes.
+and measures markers again whose greys do not fit the drawing well. If the image is full of parallel stripes of light,
+it passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are curved,
+or whose corners do not lie in a plane, as a cylinder or two planes.
 """
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def checked_margin(margin: int) -> int:
 
 
 def checked_candidates(most: int) -> int:
-    """Return the number of candidates that are looked at in one image; raise ValueError if it cannot be used."""
+    """Return the largest number of candidates to examine in one image; raise ValueError if it cannot be used."""
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         raise ValueError(f'max_candidates {most!r}: a whole number of at least 1 is needed')
     return most
@@ -120,7 +120,7 @@ class Detector:
         self._response, self._turns = Response(gamma), candidates.Turns(checked_candidates(max_candidates))
         self._asks = False
         self._evidence: list[Evidence] = []  # of the markers in the image that is searched
-        self._ended: list[Ended] | None = None  # gets the candidates that are no markers, while explain() runs
+        self._ended: list[Ended] | None = None  # gets the rejected candidates while explain() runs
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
             self._search = Search(self._decoder, self._aligner, self._appearance, self._reader, self._corners,
@@ -137,7 +137,7 @@ class Detector:
 
     @property
     def left_out(self) -> int:
-        """Return how many candidates of the last image were not looked at, because there were too many."""
+        """Return how many candidates of the last image were not examined, because there were too many."""
         return self._turns.left_out
 
     @property
@@ -169,7 +169,7 @@ class Detector:
         """Return the Detections among candidate quads (N, 4, 2) [real px], clockwise.
 
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
-        for markers in uneven light at all, which takes as long as all the rest.
+        for markers in uneven light at all, which would double the time.
         """
         found = self._in_known_light(image, quads, parts)
         if not self._response.is_known:
@@ -178,7 +178,7 @@ class Detector:
         return found
 
     def _in_known_light(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] | None) -> list[Detection]:
-        """Return the Detections; learn from them what the greys stand for, and measure them again if that is new."""
+        """Return the Detections; learn the camera's response from them, and measure them again if it has changed."""
         self._asks = self._response.asks()
         self._turns.start()
         for _ in range(MOST_AGAIN):
@@ -188,7 +188,7 @@ class Detector:
                 return found
             image.relight(self._response.light)
             if self._ended:
-                self._ended.clear()  # they end again
+                self._ended.clear()  # the second search fills it again
         self._asks = False
         return self._examined(image, quads, parts)
 
@@ -198,7 +198,7 @@ class Detector:
             return found
         found = [self._checked(image, each) for each in found]
         striped: list[Detection] = []
-        if parts is not None and not self.left_out:  # who has no turn would be found there
+        if parts is not None and not self.left_out:  # candidates without a turn would be found there
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
             if striped:
@@ -212,9 +212,9 @@ class Detector:
 
     def _between_stripes(self, image: PreparedImage, parts: Sequence[Floats],
                          known: Sequence[Detection]) -> list[Detection]:
-        """Return the Detections in the image without its stripes, but known ones.
+        """Return the new Detections in the image after its stripes of light are removed.
 
-        Straight ``parts`` tell what stripes there are; without them, those that are known count.
+        Straight ``parts`` give the angle of the stripes; without them, the angle of the last image is used.
         """
         if parts:
             image.stripes = striped_light.stripe_angle(np.concatenate(parts), math.hypot(*image.grey.shape))
@@ -250,7 +250,7 @@ class Detector:
         return found, refined
 
     def _cell_by_cell(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among refined quads of a resolution that is not read by code words."""
+        """Return the Detections among refined quads, for resolutions that are read cell by cell."""
         match = self._decoder.match(image.smooth, quads, self._ended)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
@@ -271,7 +271,7 @@ class Detector:
 
     def _well_read(self, image: PreparedImage, quads: Floats, words: Integers,
                    known: Sequence[Detection]) -> list[Detection]:
-        """Return the Detections of quads that were well read, though their greys do not fit: of thin margins."""
+        """Return the Detections of quads with a clear code whose greys do not fit, such as those with thin margins."""
         found: list[Detection] = []
         middles, near = quads.mean(1), thresholds.OVERLAP * homography.mean_side(quads)
         apart = np.ones(len(quads), bool)
@@ -294,7 +294,7 @@ class Detector:
         return found
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
-        """Change the Detections of markers whose sides are bows or in no plane: measure them as bent, creased paper."""
+        """Measure markers with curved sides, or not in a plane, as bent or creased paper; change their Detections."""
         found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE and not each.thin_margin]
         if not found:
             return
@@ -314,7 +314,7 @@ class Detector:
                 elif not sheet.doubtful and abs(sheet.bend) > thresholds.MIN_BEND:
                     _bend(detection, sheet, image.camera)
                     unknown = False
-                else:  # the corners are where they are seen, whatever the paper's shape is
+                else:  # measure the corners without a model of the paper
                     unknown = odd or sheet.doubtful and bow > thresholds.MIN_BOW
                 if unknown:
                     detection.doubtful, detection.reason = True, detection.reason or NO_PAPER
@@ -333,14 +333,14 @@ class Detector:
         return bool(away < thresholds.MAX_CORNER_MOVE * detection.side / self.cells)
 
     def _corners_seen(self, image: PreparedImage, detection: Detection) -> Floats | None:
-        """Return the corners (4, 2) [real px] of a marker of any shape, each measured alone; None: one is not seen."""
+        """Return the corners (4, 2) [real px] of a marker of any shape, each measured alone; None if one is missing."""
         cell = detection.side / self.cells
         reach = [max(int(share * cell), 2) for share in thresholds.CORNER_REACHES]
         corners = corners_seen(image.light.of(image.grey), detection.corners, reach)
         return corners if corners is not None and self._are_near(detection, corners) else None
 
     def _take_corners(self, image: PreparedImage, detection: Detection, corners: Floats) -> None:
-        """Change the Detection to one with these corners (4, 2) [real px], if a pose can have them."""
+        """Give the Detection these corners (4, 2) [real px], if a pose fits them."""
         size = self.sizes.get(detection.id, self.size)
         solutions = pose.solve(image.camera.to_ideal(corners)[None], [size], image.camera)[0]
         if solutions:
@@ -357,7 +357,7 @@ class Detector:
             return detection
         at = image, detection.corners, int(detection.id)
         found = self._uneven.aligned(*at)
-        if found is None and detection.side > thresholds.MIN_EDGE_SIDE:  # what is read there does not change the number
+        if found is None and detection.side > thresholds.MIN_EDGE_SIDE:  # its number stays, whatever is read
             found = self._uneven.aligned(*at, known=True)
         if found is None:
             return detection
@@ -466,7 +466,7 @@ class Detector:
 
     def _judged(self, image: PreparedImage, black: Bools, corners: Floats, readings: Sequence[Reading | None],
                 features: Sequence[Features]) -> tuple[list[_Accepted], list[tuple[int, Reading]]]:
-        """Return the markers, and (index, Reading) of the candidates whose reading differs from the drawing."""
+        """Return the markers, and (index, Reading) of candidates that were read as something else than was drawn."""
         found, changed = [], []
         for m, reading in enumerate(readings):
             missed = self._missed(image, black[m], corners[m], reading, features[m])
@@ -480,7 +480,7 @@ class Detector:
 
     def _missed(self, image: PreparedImage, black: Bools, corners: Floats, reading: Reading | None,
                 features: Features) -> Shortfall | None:
-        """Return what an aligned candidate misses after it was read: to be read as it was drawn, or a threshold."""
+        """Return why a candidate is no marker: it was read as something else than was drawn, or misses a threshold."""
         inner = slice(self.margin, self.margin + self.resolution)
         if reading is None:
             return 'CHANGED_FIT', 0.0, thresholds.CHANGED_FIT
@@ -493,7 +493,7 @@ class Detector:
     def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
                  readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
                  changed: list[tuple[int, Reading]]) -> None:
-        """Read the candidates again that are no markers so far, without the cells that something may cover."""
+        """Read the rejected candidates again, without the cells that may be covered."""
         if self._covered is None:
             return
         taken = [each.place for each in found]
@@ -519,7 +519,7 @@ class Detector:
     def _other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> Shortfall | None:
         """Return the margin with which the cells match a code word better, if it is one cell narrower or wider.
 
-        Where the ``detail`` is sure, it is not asked.
+        Return None if the ``detail`` is so high that the margin must be right.
         """
         if detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
             return None
@@ -535,20 +535,20 @@ class Detector:
 
     def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None,
                 reading: Reading | None = None) -> None:
-        """Tell explain() that the search for a candidate at ``h`` (3, 3) ended here."""
+        """Note for explain() that a candidate at ``h`` (3, 3) was rejected here."""
         if self._ended is not None:
             corners = homography.apply(h[None], self._corners.square)[0]
             word = int(reading.content.value) if reading is not None and self._search is not None else -1
             self._end(np.stack(image.camera.to_real(*corners.T), -1), missed, word)
 
     def _end(self, quad: Floats, missed: Shortfall | None, word: int = -1) -> None:
-        """Tell explain() that the search for a candidate quad (4, 2) [real px] ended here."""
+        """Note for explain() that a candidate quad (4, 2) [real px] was rejected here."""
         if self._ended is not None and missed is not None:
             self._ended.append((quad, *missed, word))
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:
-        """Return the Detections of the accepted markers whose pose fits their corners, or whose code is sure."""
+        """Return the Detections of the accepted markers whose pose fits their corners, or whose code is clear."""
         if not found:
             return []
         which = np.array([each.place for each in found])
@@ -585,7 +585,7 @@ def _misses_pose(solutions: Sequence[pose.Solution], side: float) -> bool:
 
 
 def _doubted(detection: Detection) -> Detection:
-    """Return a Detection, which is doubtful if its pose does not agree with its corners."""
+    """Return the Detection, marked as doubtful if its pose does not agree with its corners."""
     if _misses_pose(detection.solutions, detection.side):
         detection.doubtful = True
         detection.reason = NO_SQUARE.format(detection.error / detection.side)
@@ -605,7 +605,7 @@ def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution]
 
 
 def _is_not_flat(detection: Detection) -> bool:
-    """Return whether the corners of a marker agree with no plane; more is needed in uneven light."""
+    """Return whether no plane fits the corners of a marker; the limit is higher in uneven light."""
     limit = thresholds.MAX_FLAT_CHI2 if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_CHI2
     return detection.solutions[0].chi2 > limit
 

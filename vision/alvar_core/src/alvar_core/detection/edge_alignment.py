@@ -1,8 +1,8 @@
 """Align a marker with the edges of its cells, whatever the light is.
 
 Across each edge between a black and a white cell, and between the black square and the paper around it, the position of
-the step is measured with the black and white next to it. A robust fit then moves the marker. What a shadow's edge
-disturbs is an outlier of the fit. Coordinates are in cells as in alignment.py.
+the step is measured relative to the black and white beside it. A robust fit then moves the marker; edges that a
+shadow disturbs are outliers of this fit. Coordinates are in cells as in alignment.py.
 """
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ class EdgeAligner:
         low, high = light.greys(black), light.greys(white)
         good = (high - low > thresholds.MIN_LOCAL_CONTRAST * (high + low + thresholds.DARK_GREY))
         good &= high - low > thresholds.MIN_LOCAL_STEP
-        good &= (mean >= black) & (mean <= white)  # else the step lies beyond what is read
+        good &= (mean >= black) & (mean <= white)  # else the step lies beyond the samples
         for place, size in (x, seen.shape[1]), (y, seen.shape[0]):
             if not (place.min() > 0 and place.max() < size - 1):
                 ends = place.reshape(*good.shape, -1)[..., ::len(self.ACROSS) - 1]
@@ -172,16 +172,16 @@ class EdgeAligner:
 
 
 def _weights(size: Floats, good: Bools, middle: Integers) -> tuple[Floats, Floats]:
-    """Return the typical one (K,) [px] of the sizes of residuals (K, P), and their weights: what is far off counts 0.
+    """Return the typical one (K,) [px] of the sizes of residuals (K, P), and their weights: outliers have weight 0.
 
-    ``middle`` (K,): half the number of those that are ``good``; the others count nothing.
+    ``middle`` (K,): half the number of the ``good`` ones; the others have weight 0.
     """
     size = np.where(good, size, np.inf)
     if len(size) == 1:
         error = 1.4826 * np.partition(size, middle[0], 1)[:, middle[0]]
     else:
         error = 1.4826 * np.sort(size, 1)[np.arange(len(size)), middle]
-        error[np.isinf(error)] = 0.0  # of a start from where no edge is seen: each weight is 0
+        error[np.isinf(error)] = 0.0  # a start from which no edge is seen: all weights are 0
     size /= (thresholds.EDGE_OUTLIER * np.maximum(error, thresholds.MIN_EDGE_OUTLIER / 3))[:, None]
     np.minimum(size, 1, out=size)
     size *= size
@@ -201,7 +201,7 @@ def directions(along: Floats, outward: Floats) -> Floats:
 
 def fit_plane(grey: Image, camera: Camera, h: Floats, points: EdgePoints, scale: Floats, reach: float,
               steps: int, light: Light = LINEAR) -> EdgeFit | None:
-    """Return the EdgeFit of a flat marker, from a homography ``h`` (3, 3) on; None if too few edges are seen.
+    """Return the EdgeFit of a flat marker, starting from a homography ``h`` (3, 3); None if too few edges are seen.
 
     Its parameters (8,) are small changes of ``h`` (homography.small). ``scale`` and ``reach`` are those of
     EdgeAligner.fit.

@@ -37,8 +37,8 @@ class EdgeRefiner:
     def bow(self, pyramid: Pyramid, camera: Camera, corners: Floats, light: Light = LINEAR) -> Floats:
         """Return the height [px] of the second largest bow of a side, (M,), by corners (M, 4, 2) [ideal px].
 
-        Bent paper makes bows of at least two sides, something that covers a part of one, or a crease, makes one: if the
-        largest is much larger, it counts by thresholds.BOW_OF_ONE. A bow that noise explains counts 0.
+        Bent paper bends at least two sides; a crease, or an object that covers part of a side, bends only one. If the
+        largest bow is much larger than the second, thresholds.BOW_OF_ONE weighs it. A bow within the noise counts 0.
         """
         bows: Floats = native.steps.bows(grey=pyramid.full, lens=camera.lens, corners=np.asarray(corners),
                                          cells=self._cells, light=light.steps, limit=native.limit)

@@ -1,6 +1,6 @@
 """Say why a marker is not found: where the search for each candidate ended, in words and in a picture.
 
-``explain`` runs the Detector itself, which notes the first threshold that each candidate misses; it decides nothing.
+``explain`` runs the Detector, which notes the first threshold that each candidate misses. It makes no decision itself.
 """
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Stage(NamedTuple):
 
 
 DEMANDS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED', 'PLAIN'
-# From the first stage to the last: of several candidates in one place, that which got furthest counts.
+# From the first stage to the last: of several candidates in one place, the one that got furthest counts.
 STAGES = (
     Stage('sides', (150, 150, 150), {
         'MIN_SIDE_RISE': 'its sides are faint: outside it is brighter by {value:.1f} greys, more than {needed:.0f} are '
@@ -99,10 +99,10 @@ STAGES = (
                           '{needed:.0%} is needed'}))
 RANKS = {threshold: rank for rank, stage in enumerate(STAGES) for threshold in stage.sentences}
 FOUND_COLOUR = (60, 220, 60)
-READ = {'edges', 'acceptance', 'margin', 'pose'}  # the code word is more than a guess
+READ = {'edges', 'acceptance', 'margin', 'pose'}  # in these stages, the code word is more than a guess
 LAYOUTS = (5, 1), (5, 2), (5, 3), (7, 2), (9, 2)  # resolution and margin of other markers that are often printed
 OTHER_COLOUR = (90, 90, 90)
-MOST_UNREAD, MOST_EARLY = 5, 5  # candidates that end at the code, the best, and before, the largest: others are counted
+MOST_UNREAD, MOST_EARLY = 5, 5  # listed candidates: the best that end at the code, the largest that end before it
 
 PANEL_WIDTH, LINE, TEXT = 640, 18, 0.45  # px; size of the letters
 
@@ -111,7 +111,7 @@ PANEL_WIDTH, LINE, TEXT = 640, 18, 0.45  # px; size of the letters
 class Candidate:
     """A candidate: its ``corners`` (4, 2) [real px], the ``stage`` where it ended or FOUND, why in a ``sentence``.
 
-    ``threshold`` is the one that it misses; ``id`` that of a marker that was found.
+    ``threshold`` is the one that it misses; ``id`` is that of a found marker.
     """
 
     corners: Floats
@@ -127,13 +127,13 @@ class Candidate:
         return float(homography.mean_side(self.corners[None])[0])
 
     def away(self, point: tuple[float, float]) -> float:
-        """Return how far [px] a point is outside; 0 inside."""
+        """Return the distance [px] of a point outside; 0 inside."""
         return max(0.0, -cv2.pointPolygonTest(self.corners.astype(np.float32), point, True))
 
 
 @dataclass
 class Explanation:
-    """The ``candidates`` in one image that are worth naming, best first, and the ``others``.
+    """The ``candidates`` in one image that are listed, best first, and the number of ``others``.
 
     ``cells``: along a marker's side.
     """
@@ -224,7 +224,7 @@ def _detector_of(resolution: int, margin: int) -> Detector:
 
 
 def _of_other_layouts(detector: Detector, image: Image, camera: Camera) -> list[tuple[Candidate, str]]:
-    """Return the markers that a detector of another resolution or margin finds, each with what to say about it."""
+    """Return the markers that a detector of another resolution or margin finds, each with a sentence about it."""
     found = []
     for resolution, margin in LAYOUTS:
         names = [f'marker_resolution {resolution}'] * (resolution != detector.resolution)
@@ -237,7 +237,7 @@ def _of_other_layouts(detector: Detector, image: Image, camera: Camera) -> list[
 
 
 def _how_far(ended: Ended) -> tuple[int, float]:
-    """Return how far a candidate got: the stage, and how near it was to what was needed."""
+    """Return how far a candidate got: the stage, and how near it was to the threshold."""
     _, threshold, value, needed, _ = ended
     rank = RANKS[threshold]
     return rank, value / needed if needed > 0 and math.isfinite(value) else 0.0

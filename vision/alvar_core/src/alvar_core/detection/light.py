@@ -1,10 +1,10 @@
-"""The light that greys stand for, and what a camera's response is.
+"""The response of a camera: how much light each grey stands for.
 
-Lenses blur light, not greys. Where greys are not proportional to light, a blurred edge lies beside the middle of its
-greys: with the response of most cameras a third of a pixel on the dark side, so that squares look smaller and farther
-away. Edges are therefore measured in light. The response is a power: light is grey ** gamma.
+Lenses blur light, not greys. If greys are not proportional to light, the middle grey of a blurred edge is not at the
+edge: with the response of most cameras, it lies a third of a pixel on the dark side, so that squares look smaller and
+farther away. Edges are therefore measured in light. The response is a power: light is grey ** gamma.
 
-The markers themselves tell gamma: their cells are equally wide in light.
+Gamma is learnt from the markers: measured in light, all their cells are equally wide.
 """
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from alvar_core import native
 from alvar_core.arrays import Floats, Image
 
 GAMMAS = (1.0, 4.0)  # of cameras
-GAMMA_ERROR = 0.05  # of the logarithm of gamma: what one marker says is never known better
+GAMMA_ERROR = 0.05  # of the logarithm of gamma: one marker never measures it better
 MAX_GAMMA_STEP = 1.2  # of gamma, in one image
-GAMMA_MEMORY = 16 / GAMMA_ERROR ** 2  # information: what was learnt counts as 16 markers, ...
-GAMMA_EVERY = 8  # ... and from then on, one of so many images is asked
+GAMMA_MEMORY = 16 / GAMMA_ERROR ** 2  # information: all markers so far count as 16, ...
+GAMMA_EVERY = 8  # ... and from then on, only one of so many images is used
 LINEAR_GAMMA, LINEAR_ERRORS = 0.06, 3.0  # logarithm, standard deviations: of a smaller gamma, greys are light
-SAME_GAMMA, AGAIN_GAMMA = 0.01, 0.04  # change of the logarithm: the light stays, the image is measured again
+SAME_GAMMA, AGAIN_GAMMA = 0.01, 0.04  # change of the logarithm: keep the light up to here; measure again from here
 MOST_AGAIN = 3  # times
 
 
 class Evidence(NamedTuple):
-    """What markers say about the logarithm of gamma: ``information``, and that times the change they ask for."""
+    """A measurement of the logarithm of gamma by markers: ``information``, and information times the change."""
 
     information: float
     weighted: float
 
 
 class Light:
-    """What greys stand for: light is grey ** ``gamma``, from 0 to 255 as greys are."""
+    """The light that greys stand for: grey ** ``gamma``, scaled from 0 to 255 like greys."""
 
     def __init__(self, gamma: float) -> None:
         self.gamma, self.linear = gamma, gamma == 1
@@ -66,17 +66,17 @@ class Response:
 
     @property
     def is_known(self) -> bool:
-        """Return whether gamma is known, or markers have told it."""
+        """Return whether gamma is given, or learnt."""
         return self._known or self._information > 0
 
     def asks(self) -> bool:
-        """Return whether the markers of the next image are to be asked: once much is known, those of some images."""
+        """Return whether to learn from the markers of the next image; once much is known, only some images are used."""
         self._images += 1
         settled = self._information >= GAMMA_MEMORY and self._images % GAMMA_EVERY
         return not (self._known or settled)
 
     def learn(self, evidence: Sequence[Evidence]) -> bool:
-        """Learn from the markers of an image; return whether it is to be measured again in another Light."""
+        """Learn from the markers of an image; return whether to measure the image again in another Light."""
         most = GAMMA_ERROR ** -2
         shares = [(min(each.information, most), each.weighted / each.information)
                   for each in evidence if each.information > 0]
@@ -103,7 +103,7 @@ class Response:
 
 
 def checked_gamma(gamma: float) -> float:
-    """Return gamma as float; raise ValueError if no camera has it."""
+    """Return gamma as float; raise ValueError if it is out of range."""
     low, high = GAMMAS
     if isinstance(gamma, (bool, str)) or not isinstance(gamma, Real) or not low <= gamma <= high:
         raise ValueError(f'gamma {gamma!r}: a number from {low:g} to {high:g} is needed, 1 for greys that are light, '

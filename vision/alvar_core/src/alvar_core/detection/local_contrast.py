@@ -16,7 +16,7 @@ from alvar_core.detection.reading import words_of_numbers
 
 
 def steps_of(white: Bools) -> Integers:
-    """Return what is on each edge of cells (..., n, n), bool, True is white: 1 black to white, -1 the reverse, 0."""
+    """Return the step on each edge of cells (..., n, n), True is white: 1 black to white, -1 the reverse, 0 none."""
     cells = white.astype(np.int8)
     sideways, down = np.diff(cells, axis=-1), np.diff(cells, axis=-2)
     flat = white.shape[:-2] + (-1,)
@@ -25,7 +25,7 @@ def steps_of(white: Bools) -> Integers:
 
 @dataclass
 class LocalMatch:
-    """What the local contrasts of K quads say.
+    """The results of the local contrasts of K quads.
 
     ``rim`` (K,): share of the places on the outer edge where white follows black; ``contrast`` (K,): typical there;
     ``plain`` (K,): share of the edges inside the border without a step; ``fit``, ``gap``, ``word`` (K,): of the code.
@@ -64,7 +64,7 @@ class LocalDecoder:
                               np.stack([line, full], 1), np.stack([-full, line], 1)])
         outward = np.repeat([[0.0, -1], [1, 0], [0, 1], [-1, 0]], n, 0)
         shown = steps[:, near]
-        # (3 E, 1024): for each edge which of the three costs counts
+        # (3 E, 1024): which of the three costs of each edge counts
         costs = np.concatenate([shown < 0, shown == 0, shown > 0], 1).T
         self._steps = native.steps.LocalDecoder(rim=self._pairs(rim, outward), points=points, of_code=near, costs=costs)
 

@@ -58,8 +58,9 @@ class ImageBuffers:
 class PreparedImage:
     """An image prepared for the search: ``grey`` and ``smooth`` (height, width) uint8, and its ``camera``.
 
-    ``light`` is what its greys stand for. ``stripes`` [rad]: angle of the stripes of light on it, as far as they are
-    known. It is valid until the buffers are used for the next image. The constructor raises ImageError or CameraError.
+    ``light``: the Light of its greys. ``stripes`` [rad]: angle of the stripes of light on it, if it is known. A
+    PreparedImage is valid until the buffers are used for the next image. The constructor raises ImageError or
+    CameraError.
     """
 
     stripes: float | None = None
@@ -82,7 +83,7 @@ class PreparedImage:
         return noise_of(self.grey)
 
     def relight(self, light: Light) -> None:
-        """Read the greys as another Light."""
+        """Use another Light for the greys."""
         self.light = light
         self.__dict__.pop('pyramid', None)
 

@@ -16,8 +16,8 @@ LEVELS = range(3)  # full, half and quarter size
 class Pyramid:
     """A grey image (uint8) at full, half and quarter size, in one array.
 
-    Smaller sizes have the greys of the mean ``light``. ``buffer`` (height + height // 2, width) uint8 is used for that
-    array; without it, a new one is allocated.
+    A pixel of a smaller size has the grey of the mean ``light`` of its pixels. ``buffer`` (height + height // 2, width)
+    uint8 is used for that array; without it, a new one is allocated.
     """
 
     def __init__(self, grey: Image, buffer: Image | None = None, light: Light = LINEAR) -> None:
@@ -41,7 +41,7 @@ class Pyramid:
 
     @property
     def memory(self) -> dict[str, Any]:
-        """Return the array of all sizes, and the table of where each is, as arguments of compiled steps."""
+        """Return the array of all sizes, and the table of their positions, as arguments of compiled steps."""
         return {'atlas': self._atlas, 'table': self._table}
 
 

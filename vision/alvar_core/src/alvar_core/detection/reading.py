@@ -101,7 +101,7 @@ class CoarseDecoder:
     def _centred_words(self, resolution: int) -> tuple[Floats, Floats]:
         """Return which cells count (W or 1, P), and the words minus their means, normalised (P, W).
 
-        P are the data cells and one ring around them.
+        There are P cells: the data cells and one ring around them.
         """
         if self.words is not None:
             words, known = np.pad(self.words, ((0, 0), (1, 1), (1, 1))), np.ones((1, 7, 7))
@@ -154,7 +154,7 @@ class Reader:
                 for each, xx, yy, sigma in zip(self._region(values), covariance.xx, covariance.yy, noise)]
 
     def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
-        """Return how much columns and rows of data cells cover each column and row of samples; each (M, S, n)."""
+        """Return how much each column and row of data cells covers each column and row of samples; both (M, S, n)."""
         ex, ey = (native.steps.coverage(line=self._line, cells=self.resolution, variance=each)
                   for each in (covariance.xx, covariance.yy))
         return ex, ey

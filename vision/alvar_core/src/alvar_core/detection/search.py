@@ -1,6 +1,6 @@
 """The search for markers of resolution 5 in even light: all steps on all candidates in one call of native/search.cpp.
 
-What needs a closer look (cells that may be covered) is only named; the Detector looks closer.
+It only names candidates that need a closer look, because cells may be covered; the Detector examines them.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NUMBERS = range(256)  # of markers of resolution 5
 class Seen(NamedTuple):
     """A marker: its number, corners (4, 2) [real px] as drawn, their information (8, 8), its poses and Features.
 
-    ``evidence``: what it says about the light.
+    ``evidence``: its measurement of gamma (light.Evidence).
     """
 
     number: int
@@ -48,10 +48,9 @@ class Search:
     def find(self, image: PreparedImage, quads: Floats, size: float, sizes: Mapping[int | str, float], turns: Turns,
              ended: list[Ended] | None = None,
              ask: bool = False) -> tuple[list[Seen], Any, Any, Floats]:
-        """Return what is Seen among quads (N, 4, 2) [real px], what is unsure, what is well read, and refined quads.
+        """Return the markers Seen among quads (N, 4, 2) [real px], unsure ones, well read ones, and refined quads.
 
         If there are too many candidates, only those are searched whose turn it is.
-
         ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
         where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are
         those of what is well read. ``ended`` gets all others. Markers have evidence if they are asked for it.

@@ -1,8 +1,8 @@
-"""Take the dark stripes that blinds or a fence cast out of an image: along a stripe the light is the same.
+"""Remove the shadows of blinds or a fence from an image: along each stripe, the light is the same.
 
-Shadows of that kind cut every outline of a marker to pieces and put their own edges across its cells. But they are
-parallel, and what is dark along one of them is print, not shadow: the light at a pixel is what the brighter ones before
-and after it on the same stripe have. Divided by it, the image looks as if it had been lit evenly.
+Such shadows cut the outlines of markers to pieces and put their own edges across the cells. But they are parallel, and
+dark pixels along a stripe are print, not shadow: the light at a pixel is that of the brighter ones before and after it
+on the same stripe. Divided by the light, the image looks as if it had been lit evenly.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from alvar_core.detection import thresholds
 
 
 def stripe_angle(parts: Floats, diagonal: float) -> float | None:
-    """Return the angle [rad] of the stripes whose edges straight parts (N, 2, 2) are; None if most are none.
+    """Return the angle [rad] of the stripes with edges at straight parts (N, 2, 2); None if most are no such edges.
 
     ``diagonal`` [px]: of the image.
     """
@@ -46,7 +46,7 @@ def without_stripes(grey: Image, angle: float) -> Image:
     turn[:, 2] += (size - width) / 2, (size - height) / 2
     along = cv2.warpAffine(grey, turn, (size, size))  # with level stripes
     along = cv2.blur(along, (thresholds.STRIPE_BLUR, 1))
-    # closing raises what is dark to the darker one of what is before and after it
+    # closing raises dark pixels to the darker one of their two sides
     reach = np.ones((1, 1 + 2 * round(thresholds.STRIPE_REACH * scale * longer)), np.uint8)
     light = cv2.morphologyEx(along, cv2.MORPH_CLOSE, reach)
     light = cv2.warpAffine(light, turn, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)

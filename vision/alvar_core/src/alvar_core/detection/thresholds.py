@@ -1,6 +1,6 @@
-"""Every number that decides what the detector finds, in one place, grouped by the stage that uses it.
+"""All numbers that decide what the detector finds, grouped by the stage that uses them.
 
-What justifies them is measured, not derived: with these values ``./run bench markers FRAMES`` reaches its goals for
+They are measured, not derived: with these values ``./run bench markers FRAMES`` reaches its goals for
 recall, pose errors, false detections, wrong ids and flips. ``./run bench markers FRAMES --sensitivity`` changes each
 number by -10 % and +10 % (whole numbers by at least 1) and prints what that does to the score. The scenes that it adds
 to the frames (7x7 markers, margins that are not the detector's, motion, bundles) are rendered by
@@ -29,7 +29,7 @@ class Pass(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """The lowest values for a candidate; the noise does not count in any of them.
+    """The lowest values of a candidate that is accepted; noise is subtracted from all of them.
 
     ``fit``: of the data cells to the code word; ``surplus``: gap to the next best word as a share of what the best one
     leaves unexplained; ``detail``: likeness of the cells after smooth changes of brightness are removed.
@@ -107,10 +107,10 @@ MAX_BLUR = 1.1  # cells
 CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
 COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)  # cells differ: any; data cells, with WIDE_GAP
 CLEAR_LIKENESS = 0.88
-SURE = Demand(0.92, 1.5, 0.92)  # no chance: less is asked of what surrounds the code, ...
-# Codes with few edges between black and white cells resemble what is dark with something bright in it, as windows are:
+SURE = Demand(0.92, 1.5, 0.92)  # cannot be chance: the surroundings of the code may be worse, ...
+# Codes with few edges between black and white cells resemble dark things with something bright in them, as windows are:
 # 255 has 16 edges, 246 and 249 have 18, 240 and 244 have 20; half of all numbers have more than 30.
-PLAIN_EDGES, PLAIN = 20, Demand(0.94, 1.2, 0.93)  # at most; this is then asked whatever the likeness is
+PLAIN_EDGES, PLAIN = 20, Demand(0.94, 1.2, 0.93)  # at most; PLAIN then applies at any likeness
 SURE_KEPT, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_KEPT, and as MIN_OUTSIDE along all sides but one
 MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
@@ -120,7 +120,7 @@ MAX_BAD_RIM = 4  # cells
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 MIN_OUTSIDE = -0.3  # of the contrast: paper darker than this along a whole side belongs to something larger, ...
 WHOLE_LIKENESS = 0.92  # ... unless the likeness is this high
-SURE_MARGIN_DETAIL = 0.93  # above this detail the margin is not doubted
+SURE_MARGIN_DETAIL = 0.93  # above this detail, the margin must be right
 OVERLAP = 0.4  # of the side: markers nearer to each other are one
 MAX_POSE_ERROR = 0.05  # of the side: rms reprojection error of the best pose
 
@@ -206,7 +206,7 @@ MIN_STRIPES = 2.0  # image diagonals, of the same sum: less are a few edges
 SAME_STRIPES = (0.9, 0.98, 0.995)  # cosine of twice the angle to the mean, step by step: others are no stripes
 MAX_STRIPED_SIDE = 640  # px of the longer side: the light of larger images is found in smaller ones
 STRIPE_BLUR = 7  # px of that, along the stripes, against noise
-STRIPE_REACH = 0.15  # of the image's longer side: half of the longest dark run that is taken for print
+STRIPE_REACH = 0.15  # of the image's longer side: half the length of the longest dark run that counts as print
 EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
 
 # -- Bent and creased paper (bent_paper.py, detector.py)
@@ -219,9 +219,9 @@ BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: wort
 # explains then is doubtful.
 MAX_FLAT_CHI2, MAX_UNEVEN_CHI2, MAX_STRAIGHT_CHI2 = 5.0, 60.0, 100.0
 SLIGHT_BOW = 0.11  # px
-BOW_OVER_NOISE = 3.0  # standard deviations: a smaller bow is none
+BOW_OVER_NOISE = 3.0  # standard deviations: smaller bows are noise
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
-BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
+BOW_OF_ONE = 0.5  # weight of the largest bow beside the second largest: an object may cover a part of one side
 MIN_BENT_SIDE = 36.0  # px
 MIN_BEND = 0.06  # rad over the marker's width: less is flat
 MAX_BENT_ERROR, MAX_UNEVEN_ERROR = 0.065, 0.1  # px of the edges, in even, in uneven light: more is doubtful
@@ -259,7 +259,7 @@ SEARCH_SPARE = 0.5  # of the larger extent, around a lost marker
 TURN_SIGMA = math.radians(12.0)  # how far a marker may turn between frames without being odd
 MAX_TURN = 0.5  # rad: larger turns count as this
 EVIDENCE_DECAY, MAX_EVIDENCE = 0.9, 40.0  # a frame; chi2
-EVIDENCE_FRAMES = 2  # frames lost after which the past counts no more
+EVIDENCE_FRAMES = 2  # frames lost after which earlier evidence is dropped
 
 # -- Bundles (bundle_pose.py)
 # Sensitivity: none.

@@ -61,7 +61,7 @@ class Tracker:
         self._frame = 0
         self._shape: tuple[int, ...] = ()
         self._hints: list[Floats] = []  # corners that the next update() examines
-        self._stripes: float | None = None  # angle [rad] of those in the last image that was searched for them
+        self._stripes: float | None = None  # angle [rad] in the last image that was searched for stripes
         self._skipped: tuple[PreparedImage, list[Pass]] | None = None  # the last image, the passes not run on it
 
     def update(self, image: Image, camera: Camera) -> list[Detection]:

@@ -53,7 +53,7 @@ class UnevenLight:
 
     @staticmethod
     def free_parts(image: PreparedImage, parts: Sequence[Floats], known: Sequence[Detection]) -> list[Floats]:
-        """Return the straight parts (K, 2, 2), of each of the arrays, that are edges and lie on no marker known."""
+        """Return the straight parts (K, 2, 2) of each array that are edges and do not lie on a ``known`` marker."""
         free = [each[free_of(known, each.mean(1))] for each in parts]
         return [broken_outlines.distinct_parts(image.smooth, each) if len(each) else each for each in free]
 
@@ -61,8 +61,8 @@ class UnevenLight:
              ended: list[Ended] | None = None) -> list[Found]:
         """Return the markers among quads (N, 4, 2) [real px] and in the straight ``parts`` that are free.
 
-        Markers that are ``known`` are not searched for again. ``ended`` gets those whose rim is worth reading, but that
-        are none.
+        ``known`` markers are not searched for again. ``ended`` gets quads whose rim is good enough to be read, but that
+        are no markers.
         """
         for each in parts:
             quads = np.concatenate([quads, broken_outlines.squares(each)])
@@ -154,7 +154,7 @@ class UnevenLight:
         return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance, thin)
 
     def is_plain(self, word: int) -> bool:
-        """Return whether dark things look like this code word by chance, so that more is asked of it."""
+        """Return whether dark things look like this code word by chance, so that its thresholds are higher."""
         return bool(self._inner_edges[word] <= thresholds.PLAIN_EDGES)
 
     def _of_corners(self, h: Floats, covariance: Floats) -> Floats:
@@ -166,7 +166,8 @@ class UnevenLight:
     def _without_paper(self, image: PreparedImage, h: Floats, word: int) -> tuple[Floats, EdgeFit, Floats] | None:
         """Return homography (3, 3), EdgeFit and covariance of the corners (8, 8) [px^2] with a thin white margin.
 
-        The dark beyond moves all edges of the rim outward alike: they give the shape, those of the code the size.
+        Darkness beyond the margin moves all edges of the rim outward equally. So the rim gives the shape, the code the
+        size.
         """
         inner = self._fit(image, h, word, 'code')
         outer = self._fit(image, h, word, 'rim', thresholds.THIN_MARGIN_REACH)
@@ -202,11 +203,11 @@ class UnevenLight:
         return np.ascontiguousarray(np.concatenate([[*side, np.ones(len(line))] for side in sides], 1), np.float32)
 
     def _beyond(self, image: PreparedImage, h: Floats, points: Floats) -> Floats:
-        """Return the contrasts (E,) of what is beyond the rim with what is inside."""
+        """Return the contrasts (E,) across the rim, from inside to beyond it."""
         return self.decoder.contrasts(image.smooth, self._real(image, h), points).ravel()
 
     def _is_thin(self, image: PreparedImage, h: Floats) -> bool:
-        """Return whether what is beyond the white margin is dark again, so near that it disturbs the rim's edges."""
+        """Return whether the white margin is so narrow that darkness beyond it disturbs the edges of the rim."""
         near, far = (self._beyond(image, h, points) for points in (self._near, self._far))
         return bool((far < thresholds.THIN_MARGIN_STEP * np.median(near)).mean() > thresholds.THIN_MARGIN_SHARE)
 
@@ -232,7 +233,7 @@ class UnevenLight:
         reach = thresholds.LOCAL_REACH if reach is None else reach
         corners = homography.apply(h[None], self._square)
         longest = float(np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2).max())
-        cell = float(homography.mean_side(corners)[0]) ** 2 / longest / (2 * self.half)  # its smaller width, if tilted
+        cell = float(homography.mean_side(corners)[0]) ** 2 / longest / (2 * self.half)  # its smaller width if tilted
         result = edge_alignment.fit_plane(image.grey, image.camera, h, self._edges(word, which), self._scale,
                                           min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS,
                                           image.light)
@@ -242,7 +243,7 @@ class UnevenLight:
 
 
 def free_of(known: Sequence[Detection], points: Floats) -> Bools:
-    """Return which points (N, 2) [px] lie on no marker that is known."""
+    """Return which points (N, 2) [px] do not lie on a known marker."""
     if not known:
         return np.ones(len(points), bool)
     centre = np.array([each.centre for each in known])
