@@ -31,7 +31,7 @@ from turtle_robotont.driver import pose_of
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.shapes import Point
 
-START_TIMEOUT = 60.0  # [s] until the first message on a loaded machine; the first run renders the sequence first
+START_TIMEOUT = 120.0  # [s] until the first message on a loaded machine; the first run renders the sequence first
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
 MAZE_RATE = 3.0  # simulated seconds per wall-clock second
