@@ -110,6 +110,15 @@ def is_selected(step, word):
 
 def main():
     """Play all steps, or those with a given number or a word in the title; exit with 0 only if all passed."""
+    with open(os.devnull, 'w', encoding='utf-8') as nowhere:
+        try:
+            _main(sys.stdout or nowhere)  # None, if the terminal has closed it
+        except OSError as error:
+            os.dup2(nowhere.fileno(), sys.__stdout__.fileno())  # Python writes what is left there when it ends
+            sys.exit(f'./run demo: its output cannot be written: {error.strerror or error}')
+
+
+def _main(out):
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
     parser.add_argument('--output', default='output', metavar='DIR',
                         help='folder for pictures and logs (default: %(default)s)')
@@ -121,7 +130,7 @@ def main():
         parser.error('no step has such a number, nor such a word in its title; the steps are: '
                      + ', '.join(f'{step.number} {step.title}' for step in STEPS))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    report, began, output = Report(sys.stdout), time.monotonic(), os.path.abspath(arguments.output)
+    report, began, output = Report(out), time.monotonic(), os.path.abspath(arguments.output)
     report.line('The course without a display: the nodes of this package do every step, and the demo measures what\n'
                 'the turtle or the robot does.')
     try:

@@ -1,4 +1,6 @@
 """course_demo.cli: a slow machine makes the demo slow, never failed; a step that hangs ends it."""
+import subprocess
+import sys
 import time
 from types import SimpleNamespace
 
@@ -53,3 +55,15 @@ def test_a_turtle_may_rest_late_but_not_for_ever():
     made.seen = SimpleNamespace(track=poses)
     made.until_rest()
     assert len(poses) == harness.REST_POSES + 1
+
+
+PLAYED = """import sys; from course_demo import cli; cli.play_all = lambda *_: []
+sys.argv = ['demo', 'gotoPose']; cli.main()"""
+
+
+@pytest.mark.parametrize('output, code, said', [
+    ('>/dev/full', 1, './run demo: its output cannot be written: No space left on device\n'), ('>&-', 0, '')])
+def test_an_output_that_cannot_be_written_is_no_traceback(output, code, said):
+    done = subprocess.run(['sh', '-c', f'exec "$0" -c "$1" {output}', sys.executable, PLAYED], stderr=subprocess.PIPE,
+                          text=True, check=False)
+    assert (done.returncode, done.stderr) == (code, said)
