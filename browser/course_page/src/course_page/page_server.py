@@ -28,6 +28,7 @@ from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
+from course_page import grading
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from course_page.starter import Programs, Starter
 from rosapi import srv
@@ -147,7 +148,8 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
-        self._log, self._bridge, self._starter = LogKeeper(), None, Starter()
+        self._log, self._bridge = LogKeeper(), None
+        self._starter, self._grader = Starter(folder=options.programs), grading.Grader(options.programs)
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
@@ -166,10 +168,13 @@ class PageServer:
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
-             (r'/log', Logged), (r'/programs', Programs), (r'/stream', Stream), (r'/snapshot', Snapshot),
+             (r'/log', Logged), (r'/programs', Programs), (r'/grading', grading.Gradings),
+             (r'/grading/choices', grading.Choices), (r'/grading/path.png', grading.Picture),
+             (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
             access=self._access, clients=clients, probe=Probe(), log=self._log, starter=self._starter,
+            grader=self._grader,
             refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
             sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
             use_compression=False, ping_interval=PING, ping_timeout=PONG,
@@ -191,6 +196,7 @@ class PageServer:
         """End, with the programs that pages have started."""
         self._server.stop()
         self._starter.end()
+        self._grader.end()
 
 
 def _listen(address, port):
@@ -232,6 +238,8 @@ def options_of(arguments):
                         help='further sites whose pages may connect, separated by commas; any: all')
     parser.add_argument('--hosts', default='', help='further names of this machine, separated by commas')
     parser.add_argument('--folder', default=folder, help='a page of your own instead of this one')
+    parser.add_argument('--programs', default='.', metavar='DIR', help='where the panel Grade looks for '
+                        'programs, besides the sourced workspaces, and Start for bags (default: the current folder)')
     parser.add_argument('--open', nargs='?', const='true', default='false', choices=('true', 'false'),
                         help='also open the page, with $BROWSER or xdg-open')
     options = parser.parse_args(arguments)
@@ -239,7 +247,9 @@ def options_of(arguments):
         parser.error(f'argument --port: {options.port} is not a port; it must be 0 to 65535')
     if not os.path.isfile(os.path.join(options.folder, 'index.html')):
         parser.error(f'argument --folder: {options.folder} has no index.html')
-    options.folder = os.path.realpath(options.folder)
+    if not os.path.isdir(options.programs):
+        parser.error(f'argument --programs: {options.programs} is not a folder')
+    options.folder, options.programs = os.path.realpath(options.folder), os.path.realpath(options.programs)
     return options
 
 

@@ -53,9 +53,15 @@ STARTABLES = (
               _launch('turtle_robotont', 'camera_ar_track.launch', 'source:=simulator')),
     Startable('demo_camera', 'Camera and tracker without a camera', 'Plays pictures of AR markers.',
               _launch('turtle_robotont', 'camera_ar_track.launch')),
-    Startable('record', 'Record a bag', 'Records all topics, for 10 minutes at most, in the folder of the server.',
+    Startable('record', 'Record a bag', 'Records all topics, for 10 minutes at most, into the folder of the programs.',
               ('rosbag', 'record', '--all', '--duration=10m', '--output-prefix=page')),
 )
+
+
+def last_lines(output):
+    """Return the last lines of what a program has printed, without colours."""
+    lines = CONTROL.sub('', output).strip().splitlines()
+    return '\n'.join(line[:LARGEST] for line in lines[-LAST_LINES:])
 
 
 def bags(folder):
@@ -98,8 +104,7 @@ class Starter:
 
     def _output(self, name):
         process = self._processes.get(name)
-        lines = CONTROL.sub('', process.output(TAIL) if process else '').strip().splitlines()
-        return '\n'.join(line[:LARGEST] for line in lines[-LAST_LINES:])
+        return last_lines(process.output(TAIL) if process else '')
 
     def start(self, name):
         """Start a program unless it runs; raise KeyError for an unknown name, or OSError."""

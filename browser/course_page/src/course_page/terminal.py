@@ -54,7 +54,8 @@ def main():
         with open(os.path.join(folder, 'jupyter_server_config.json'), 'w', encoding='utf-8') as file:
             json.dump(configuration(port), file)
         if not running:
-            stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}'], os.path.join(folder, 'page.txt')))
+            stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}', f'--programs={options.folder}'],
+                                                  os.path.join(folder, 'page.txt')))
         lab = stack.enter_context(BackgroundProcess(
             [options.jupyter, 'lab', f'--port={options.port}', f'--ServerApp.root_dir={options.folder}', *further],
             os.path.join(folder, 'lab.txt'), env={**os.environ, 'JUPYTER_CONFIG_DIR': folder}))

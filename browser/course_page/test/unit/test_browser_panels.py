@@ -22,6 +22,9 @@ HEADER = {'type': 'std_msgs/Header', 'fieldnames': ['seq', 'stamp'], 'fieldtypes
           'fieldarraylen': [-1, -1]}
 PICTURES = [{'name': name, 'type': 'sensor_msgs/Image'} for name in (
     '/camera/aligned_depth/image_raw', '/turtlesim/image_raw', '/camera/color/image_raw')]
+GRADED = {'result': {'outcome': 'failed', 'score': 20.04, 'objections': ['it teleports'], 'hints': ['look at x'],
+                     'notes': ['chmod'], 'seconds': 3.46, 'isolation': 'namespace',
+                     'reasons': [{'points': 20.0, 'of': 20, 'asked': 'move', 'seen': 'moved'}]}}
 TYPES = f'new (await import("/panels/lib/types.js")).Types({json.dumps([SCAN, HEADER, POSE])})'
 
 
@@ -83,6 +86,49 @@ def value(page, module, expression):
     ('../../app/drive', 'm.gamepadInput({axes: [-1, 0, 1, 0], buttons: []}, true)', {'x': 0, 'y': 1, 'turn': -1}),
     ('../../app/drive', 'm.gamepadInput({axes: [0.09, -0.05], buttons: []}, true)', None),
     ('../../app/drive', 'm.gamepadInput({axes: [1, 1], buttons: [{}, {pressed: true}]}, true)', None),
+    ('namespaces', '["/rosout", "/turtle1/pose", "/camera/color/image_raw", "bare"].map(m.namespaceOf)',
+     ['/', '/turtle1', '/camera', '/']),
+    ('namespaces', """(() => {
+        const list = new m.NamespaceList("x"), row = (name) => ({name, element: document.createElement("li")});
+        const rows = ["/b/y", "/b/x", "/a", "/c/z"].map(row);
+        rows[3].element.hidden = true;
+        list.arrange(rows);
+        const first = rows.slice(0, 2).map(({element}) => [...element.parentNode.children].indexOf(element));
+        list.element.querySelectorAll("summary")[1].click();  // closes /b
+        list.arrange(rows.slice(0, 3));
+        const closed = [...list.element.children].map((one) => one.open), found = new m.NamespaceList("x");
+        found.arrange(rows.slice(0, 3));
+        const again = [...found.element.children].map((one) => one.open);
+        found.arrange(rows.slice(0, 3), true);
+        const texts = [...found.element.querySelectorAll("summary")].map((one) => one.textContent);
+        return [first, closed, again, [...found.element.children].map((one) => one.open), texts];
+     })()""", [[1, 0], [True, False], [True, False], [True, True], ['/ (1)', '/b (2)']]),
+    ('../../app/address', 'm.besideOf("turtle", {beside: "plot,turtle,,graph,plot,map,image"})',
+     ['plot', 'graph', 'map']),
+    ('../../app/address', 'm.besideOf("turtle", {})', []),
+    ('../../app/address',
+     '["", "plot"].map((id) => m.ownParameters({a: "1", beside: "plot", "plot.fields": "/x"}, id))',
+     [{'a': '1'}, {'fields': '/x'}]),
+    ('../../app/address',
+     'm.besideParameters({a: "1", "plot.fields": "/x", "graph.filter": "y", beside: "plot,graph"}, ["plot"])',
+     {'plot.fields': '/x', 'beside': 'plot'}),
+    ('../../app/address',
+     'm.parseAddress(m.addressOf("turtle", {beside: "plot,graph", "plot.fields": "/a/x,/a/y", b: ""}))',
+     {'id': 'turtle', 'parameters': {'beside': 'plot,graph', 'plot.fields': '/a/x,/a/y'}}),
+    ('../../app/layouts',
+     """['{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}', 'null', '[', null, '"x"']
+        .map(m.savedLayouts)""", [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
+    ('verdict', 'm.verdictOf({result: null})',
+     {'text': 'no verdict', 'kind': 'bad', 'hints': [], 'checks': [], 'notes': []}),
+    ('verdict', f'm.verdictOf({json.dumps(GRADED)})',
+     {'text': 'failed, 20 of 100', 'kind': 'bad', 'hints': ['it teleports', 'Hint: look at x'],
+      'checks': [{'points': '20', 'of': '20', 'asked': 'move', 'seen': 'moved'}],
+      'notes': ['chmod', 'Graded 3.5 s of simulated time; isolation of the program: namespace.']}),
+    ('verdict', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, outcome: "undecided"}}}}).text',
+     'undecided'),
+    ('verdict', 'm.shortPath("/w/src/a/b.py", ["/w/src"])', 'b.py (a)'),
+    ('verdict', 'm.shortPath("/w/b.py", ["/w"])', 'b.py'),
+    ('verdict', 'm.shortPath("/w/src/a/b.py", ["/w", "/w/src", "/h"])', 'b.py (src/a)'),
     ('layout', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
     ('layout', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
     ('layout', 'm.largest([null, null], 400, 100)', None),

@@ -16,4 +16,5 @@ export const PANELS = [
   {id: 'parameters', title: 'Parameters', group: 'ROS', icon: 'M4 7h9M17 7h3M4 17h3M11 17h9M15 5v4M9 15v4'},
   {id: 'reconfigure', title: 'Reconfigure', group: 'ROS', icon: 'M4 6h16M4 12h16M4 18h16M8 4v4M15 10v4M10 16v4'},
   {id: 'course', title: 'Course', group: 'Learn', icon: 'M4 5c3-1 6-1 8 1v13c-2-2-5-2-8-1zM20 5c-3-1-6-1-8 1v13c2-2 5-2 8-1z'},
+  {id: 'grade', title: 'Grade', group: 'Learn', icon: 'M5 4h14v16H5zM8 12l3 3 5-6'},
 ];

@@ -1,7 +1,8 @@
 // The page around the panels: menu, addresses, states of the connection, messages.
 
-import {addressOf, parseAddress} from './address.js';
+import {addressOf, besideOf, besideParameters, MOST_BESIDE, ownParameters, parseAddress} from './address.js';
 import {commandLine, el, fill, svg} from './dom.js';
+import {layoutMenu} from './layouts.js';
 import {PANELS} from './panels.js';
 import {Rosapi} from './rosapi.js';
 
@@ -15,6 +16,7 @@ export function startShell(ros) {
   const shell = new Shell(ros);
   makeMenu();
   makeThemeButton();
+  find('theme').before(layoutMenu((id) => panelOf(id)?.title ?? id));
   addEventListener('hashchange', () => shell.route());
   ros.onState((state) => shell.showState(state));
   ros.statuses.add(({level, text}) => toast(text, level));
@@ -44,30 +46,35 @@ class Shell {
   constructor(ros) {
     this._ros = ros;
     this._rosapi = new Rosapi(ros);
-    this._shown = [new Place(find('panel')), new Place(find('beside'))];
+    this._shown = [...document.querySelectorAll('#panels > .panel')].map((element) => new Place(element));
   }
 
   route() {
     const {id, parameters} = parseAddress(location.hash);
-    const first = PANELS.find((panel) => panel.id === id) || PANELS[0];
-    const second = PANELS.find((panel) => panel.id === parameters.beside && panel !== first);
+    const first = panelOf(id) || PANELS[0];
+    const others = besideOf(first.id, parameters).map(panelOf).filter(Boolean);
+    const kept = besideParameters(parameters, others.map((panel) => panel.id));
     for (const link of find('menu').querySelectorAll('a')) {
       const current = link.dataset.id === first.id;
       if (current) link.setAttribute('aria-current', 'page');
       else link.removeAttribute('aria-current');
-      link.href = addressOf(link.dataset.id, {beside: parameters.beside});
+      link.href = addressOf(link.dataset.id, kept);
       if (current) showLink(link);
     }
     document.title = `${first.title} – turtle_robotont`;
-    this._show(0, first, parameters);
-    this._show(1, second, {});
-    document.body.classList.toggle('two', Boolean(second));
+    document.body.classList.toggle('two', others.length > 0);
+    document.body.classList.toggle('several', others.length > 1);
+    document.body.classList.toggle('four', others.length > 2);
+    this._show(0, first, ownParameters(parameters));
+    for (let index = 1; index <= MOST_BESIDE; index += 1) {
+      const panel = others[index - 1];
+      this._show(index, panel, panel ? ownParameters(parameters, panel.id) : {});
+    }
   }
 
-  _show(index, panel, parameters) {
+  _show(index, panel, own) {
     const place = this._shown[index];
-    const own = Object.fromEntries(Object.entries(parameters).filter(([key]) => key !== 'beside'));
-    const key = panel ? JSON.stringify([panel.id, own]) : '';
+    const key = panel ? JSON.stringify([index > 0, panel.id, own]) : '';
     if (place.key === key) return;
     place.key = key;
     place.element.hidden = !panel;
@@ -89,21 +96,23 @@ class Shell {
       return;
     }
     if (place.turn !== turn) return;
-    head.append(helpOf(module), isFirst ? this._besideChoice(panel) : closeBeside());
+    head.append(helpOf(module), isFirst ? this._besideChoice(panel) : closeBeside(panel));
     const context = {
       ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine, keys: isFirst,
       // Change the panel's part of the address without mounting it again.
       setParameters: (changes) => {
-        if (!isFirst || place.turn !== turn) return;
+        if (place.turn !== turn) return;
         const {id, parameters: now} = parseAddress(location.hash);
         Object.assign(parameters, changes);
-        history.replaceState(null, '', addressOf(id || panel.id, {...now, ...changes}));
-        const {beside, ...own} = parseAddress(location.hash).parameters;
-        place.key = JSON.stringify([panel.id, own]);
+        const named = Object.entries(changes).map(([key, value]) => [isFirst ? key : `${panel.id}.${key}`, value]);
+        history.replaceState(null, '', addressOf(id || PANELS[0].id, {...now, ...Object.fromEntries(named)}));
+        const own = ownParameters(parseAddress(location.hash).parameters, isFirst ? '' : panel.id);
+        place.key = JSON.stringify([!isFirst, panel.id, own]);
       },
       // Show another panel.
       open: (id, own = {}) => {
-        location.hash = addressOf(id, {...own, beside: parseAddress(location.hash).parameters.beside});
+        const {parameters: now} = parseAddress(location.hash);
+        location.hash = addressOf(id, {...own, ...besideParameters(now, besideOf(id, now))});
       },
     };
     try {
@@ -115,14 +124,16 @@ class Shell {
   }
 
   _besideChoice(panel) {
-    const {id, parameters} = parseAddress(location.hash);
     const choice = el('select', {
-      'aria-label': 'Panel beside this one', class: 'beside-choice',
-      on: {change: () => { location.hash = addressOf(id || panel.id, {...parameters, ...now(), beside: choice.value}); }},
-    }, el('option', {value: ''}, 'Beside: nothing'),
-    PANELS.filter((one) => one !== panel).map((one) => el('option', {value: one.id}, `Beside: ${one.title}`)));
-    const now = () => parseAddress(location.hash).parameters;
-    choice.value = parameters.beside || '';
+      'aria-label': 'Show another panel beside this one', class: 'beside-choice',
+      on: {change: () => {
+        const {id, parameters} = parseAddress(location.hash);
+        const others = [...besideOf(id, parameters), choice.value].slice(-MOST_BESIDE);
+        choice.value = '';
+        location.hash = addressOf(id || panel.id, {...ownParameters(parameters), ...besideParameters(parameters, others)});
+      }},
+    }, el('option', {value: ''}, 'Beside …'),
+    PANELS.filter((one) => one !== panel).map((one) => el('option', {value: one.id}, one.title)));
     return choice;
   }
 
@@ -194,11 +205,16 @@ function helpOf(module) {
     el('div', {class: 'card'}, [].concat(module.help).map((text) => el('p', {}, text))));
 }
 
-function closeBeside() {
-  return el('button', {class: 'plain', type: 'button', 'aria-label': 'Close this panel', on: {click: () => {
+function closeBeside(panel) {
+  return el('button', {class: 'plain', type: 'button', 'aria-label': `Close ${panel.title}`, on: {click: () => {
     const {id, parameters} = parseAddress(location.hash);
-    location.hash = addressOf(id, {...parameters, beside: ''});
+    const others = besideOf(id, parameters).filter((one) => one !== panel.id);
+    location.hash = addressOf(id, {...ownParameters(parameters), ...besideParameters(parameters, others)});
   }}}, '×');
+}
+
+function panelOf(id) {
+  return PANELS.find((panel) => panel.id === id);
 }
 
 function makeMenu() {

@@ -2,6 +2,7 @@
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {choice, labelled, Notice, Scope, setText} from './lib/parts.js';
+import {NamespaceList} from './lib/namespaces.js';
 import {isDebugNode, System} from './lib/system.js';
 import {clean} from './lib/values.js';
 
@@ -33,10 +34,10 @@ class NodesPanel {
     this._count = el('p', {class: 'muted small', role: 'status'});
     this._notice = new Notice();
     this._empty = el('div', {});
-    this._list = el('ul', {class: 'rows'});
+    this._list = new NamespaceList('nodes');
     fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._debug.element, this._count,
                      el('a', {class: 'button-link', href: addressOf('graph')}, 'Show as a graph')),
-         this._notice.element, this._empty, this._list);
+         this._notice.element, this._empty, this._list.element);
     new System(this.scope, context.rosapi, (system) => this._show(system), (error) => this._notice.say(error.message, true));
   }
 
@@ -54,6 +55,7 @@ class NodesPanel {
     }
     this._arrange();
     if (this._rows.has(this._wanted)) {
+      this._list.reveal(this._wanted);
       this._rows.get(this._wanted).open();
       this._wanted = '';
     }
@@ -69,10 +71,7 @@ class NodesPanel {
       element.hidden = !usual.includes(name) || !words.every((word) => name.toLowerCase().includes(word));
       shown += !element.hidden;
     }
-    names.forEach((name, i) => {
-      const {element} = this._rows.get(name);
-      if (this._list.children[i] !== element) this._list.insertBefore(element, this._list.children[i] || null);
-    });
+    this._list.arrange(this._rows.values(), words.length > 0);
     setText(this._count, words.length ? `${shown} of ${usual.length} nodes` : `${usual.length} nodes`);
     if (!usual.length) {
       fill(this._empty, emptyState('No nodes yet', 'Only roscore and the server of this page are running.',

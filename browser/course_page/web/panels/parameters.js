@@ -1,6 +1,7 @@
 // Parameters: list, set, delete, add.
 import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {button, labelled, Notice, Scope, setText} from './lib/parts.js';
+import {NamespaceList} from './lib/namespaces.js';
 import {flatten, kindOf, parseValue, shortValue, valueText} from './lib/parameter_values.js';
 import {clean} from './lib/values.js';
 
@@ -32,9 +33,9 @@ class ParametersPanel {
     this.notice = new Notice();
     this.command = el('div', {});
     this._empty = el('div', {});
-    this._list = el('ul', {class: 'rows'});
+    this._list = new NamespaceList('parameters');
     fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._count), this.notice.element, this.command,
-         this._empty, this._list, this._new());
+         this._empty, this._list.element, this._new());
     this.load = this.scope.every(LIST, () => this._load(), (error) => this.notice.say(error.message, true));
   }
 
@@ -57,16 +58,12 @@ class ParametersPanel {
   _arrange() {
     const words = this._filter.input.value.toLowerCase().split(/\s+/).filter(Boolean);
     let shown = 0;
-    let before = null;
-    for (const name of [...this._rows.keys()].sort()) {
-      const row = this._rows.get(name);
+    for (const [name, row] of this._rows) {
       const hit = words.every((word) => `${name} ${row.text}`.toLowerCase().includes(word));
       row.element.hidden = !hit;
       shown += hit;
-      const place = before ? before.nextSibling : this._list.firstChild;
-      if (place !== row.element) this._list.insertBefore(row.element, place);
-      before = row.element;
     }
+    this._list.arrange(this._rows.values(), words.length > 0);
     setText(this._count, words.length ? `${shown} of ${this._rows.size} parameters` : `${this._rows.size} parameters`);
     if (!this._rows.size) {
       fill(this._empty, emptyState('No parameters', 'Nodes and launch files set them.', 'rosparam set /example 1.5'));

@@ -1,6 +1,7 @@
 // Services, called by a form made of their type.
 import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {asArgument, labelled, Notice, Scope, setText} from './lib/parts.js';
+import {NamespaceList} from './lib/namespaces.js';
 import {Form, Invalid} from './lib/form.js';
 import {serviceTypes} from './lib/types.js';
 import {Tree} from './lib/tree.js';
@@ -35,9 +36,9 @@ class ServicesPanel {
     this._count = el('p', {class: 'muted small', role: 'status'});
     this._notice = new Notice();
     this._empty = el('div', {});
-    this._list = el('ul', {class: 'rows'});
+    this._list = new NamespaceList('services');
     fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._all.element, this._count),
-         this._notice.element, this._empty, this._list);
+         this._notice.element, this._empty, this._list.element);
     this.scope.every(LIST, () => this._load(), (error) => this._notice.say(error.message, true));
     this.scope.add(() => this._rows.forEach((row) => row.close()));
   }
@@ -58,6 +59,7 @@ class ServicesPanel {
     }
     this._arrange();
     if (this._rows.has(this._wanted)) {
+      this._list.reveal(this._wanted);
       this._rows.get(this._wanted).open();
       this._wanted = '';
     }
@@ -68,14 +70,10 @@ class ServicesPanel {
     const names = [...this._rows.keys()].filter((name) => (
       this._all.input.checked || words.length || !OF_EVERY_NODE.test(name))).sort();
     const shown = new Set(names.filter((name) => words.every((word) => name.toLowerCase().includes(word))));
-    let before = null;
-    for (const name of [...this._rows.keys()].sort()) {
-      const row = this._rows.get(name);
+    for (const [name, row] of this._rows) {
       row.element.hidden = !shown.has(name) && !row.isOpen;
-      const place = before ? before.nextSibling : this._list.firstChild;
-      if (place !== row.element) this._list.insertBefore(row.element, place);
-      before = row.element;
     }
+    this._list.arrange(this._rows.values(), words.length > 0);
     setText(this._count, words.length ? `${shown.size} of ${names.length} services` : `${names.length} services`);
     if (!names.length) {
       fill(this._empty, emptyState('No services yet', 'Services appear as soon as a node offers some.',

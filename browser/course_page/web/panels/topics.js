@@ -3,6 +3,7 @@ import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {button, labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
 import {Monitor} from './lib/monitor.js';
+import {NamespaceList} from './lib/namespaces.js';
 import {showPublisher} from './lib/publisher.js';
 import {Tree} from './lib/tree.js';
 import {messageTypes} from './lib/types.js';
@@ -38,10 +39,10 @@ class TopicsPanel {
                                        placeholder: 'a part of a name or type', on: {input: () => this._arrange()}});
     this._count = el('p', {class: 'muted small', role: 'status'});
     this._notice = new Notice();
-    this._list = el('ul', {class: 'rows'});
+    this._list = new NamespaceList('topics');
     this._empty = el('div', {});
     fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._count), this._notice.element,
-         this._empty, this._list, this._newTopic());
+         this._empty, this._list.element, this._newTopic());
     this.scope.every(LIST, () => this._load(), (error) => this._notice.say(error.message, true));
     this.scope.every(SHOW, () => {
       for (const row of this._rows.values()) row.show();
@@ -67,7 +68,9 @@ class TopicsPanel {
     }
     this._arrange();
     for (const name of [...this._wanted]) {
-      if (this._rows.has(name) && this._wanted.delete(name)) this._rows.get(name).open();
+      if (!this._rows.has(name) || !this._wanted.delete(name)) continue;
+      this._list.reveal(name);
+      this._rows.get(name).open();
     }
     this._knownTypes([...new Set(found.values())].filter(Boolean).sort());
   }
@@ -76,16 +79,13 @@ class TopicsPanel {
     const words = this._filter.input.value.toLowerCase().split(/\s+/).filter(Boolean);
     const names = [...this._rows.keys()].sort();
     let shown = 0;
-    let before = null;
     for (const name of names) {
       const row = this._rows.get(name);
       const hit = words.every((word) => `${name} ${row.type}`.toLowerCase().includes(word));
       row.element.hidden = !hit;
       shown += hit;
-      const place = before ? before.nextSibling : this._list.firstChild;
-      if (place !== row.element) this._list.insertBefore(row.element, place);
-      before = row.element;
     }
+    this._list.arrange(this._rows.values(), words.length > 0);
     setText(this._count, words.length ? `${shown} of ${names.length} topics` : `${names.length} topics`);
     if (!names.length) {
       fill(this._empty, emptyState('No topics yet', 'Topics appear as soon as a node publishes or subscribes.',

@@ -12,13 +12,13 @@ import rosservice
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
 from course_demo.core import track_metrics
-from course_demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError
+from course_demo.harness import CENTRE, EXACT, STEP_TIMEOUT, DemoError
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 
 CIRCLE_RATE = 8.0  # simulated seconds per wall-clock second: a round of half a minute
-CIRCLE_TIMEOUT = 60.0  # [s] for that round, also in a turtlesim that cannot run faster
+CIRCLE_TIMEOUT = 120.0  # [s] for that round, also in a turtlesim that cannot run faster
 POSES = 5  # that a subscriber must print at least
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 CORNER_TOLERANCE = 0.05  # [m] of driving
@@ -86,7 +86,7 @@ def pose_subscriber(harness):
     harness.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
     with contextlib.suppress(DemoError):  # the printed poses are measured below
         harness.until(lambda: node.output().count('x:2.5') > POSES, 'the node does not print the new pose',
-                      REST_TIMEOUT, node)
+                      STEP_TIMEOUT, node)
     printed = re.findall(r'Turtle pose: x:(-?[0-9.]+), y:(-?[0-9.]+)', node.output())
     x, y = map(float, printed[-1])
     pose = harness.seen.track[-1]

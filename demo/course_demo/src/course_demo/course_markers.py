@@ -23,7 +23,7 @@ from std_msgs.msg import String
 
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
-from course_demo.harness import REST_TIMEOUT, DemoError, Recorder
+from course_demo.harness import DemoError, Recorder
 from kinematic_core.worlds import overhead, world_format
 from marker_pictures.marker_sequence import FRAMES, MARKERS
 from rospy_support import images
@@ -31,13 +31,14 @@ from turtle_robotont.driver import pose_of
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.shapes import Point
 
-START_TIMEOUT = 60.0  # [s] until the first message on a loaded machine; the first run renders the sequence first
+START_TIMEOUT = 120.0  # [s] until the first message on a loaded machine; the first run renders the sequence first
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
 MAZE_RATE = 3.0  # simulated seconds per wall-clock second
 MAZE_TIME = 80.0  # [s] of simulated time for the maze; the wall time depends on the machine
 POSE_RATE = 30.0  # [Hz] of simulated time at which the simulator publishes the robot's pose
 NEAR_MARKER = 1.25  # [m] from the robot's middle; the camera, 0.1 m further back, approaches to 1 m
+REST_TIME = 5.0  # [s] of simulated time in which the robot must come to rest
 PICTURES_WAIT = 3.0  # [s] for a picture
 
 
@@ -126,7 +127,9 @@ def run_maze(harness):
         views = watch_maze(node)
         took = (len(poses.entries) - before) / POSE_RATE
         with contextlib.suppress(DemoError):
-            harness.until(lambda: track_metrics.stands_still(poses.entries), 'the robot does not stop', REST_TIMEOUT)
+            last = len(poses.entries) + REST_TIME * POSE_RATE
+            harness.until(lambda: track_metrics.stands_still(poses.entries) or len(poses.entries) > last,
+                          'the robot does not stop', START_TIMEOUT)
     finally:
         poses.end()
         world.end()

@@ -7,6 +7,7 @@ It also works as a test for rostest: ``<test pkg="turtle_robotont" type="grade.p
 """
 import argparse
 import difflib
+import json
 import os
 import random
 import shlex
@@ -168,12 +169,15 @@ def _parse(arguments):
         '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help\n'
         '       %(prog)s --merge DIR ...   joins results of --all; see %(prog)s --merge --help\n'
         '       %(prog)s --sheet STUDENT EXERCISE ...   prints the tasks of a student, with their values\n'
+        '       %(prog)s --list   lists the exercises\n'
         '       %(prog)s --new FILE   writes an exercise file; %(prog)s --checks lists what it may contain',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
         'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
         epilog='Exit code: 0 passed, 1 failed, 2 usage error, 3 undecided.')
     parser.add_argument('exercise', help='name of an exercise, or path of your own YAML file; the names: '
                         + ', '.join(exercises()))
+    parser.add_argument('--list', action=_List, nargs='?', choices=('text', 'json'), const='text', dest='listed',
+                        help='list the exercises that this machine can grade, and end; json: with their tasks')
     parser.add_argument('--checks', action=_Checks, nargs=0, help='print what an exercise file may contain, and end')
     parser.add_argument('--new', action=_New, metavar='FILE', help='write an exercise file to start from, and end')
     parser.add_argument('--seed', type=int,
@@ -196,6 +200,27 @@ def _parse(arguments):
     options, unknown = parser.parse_known_args(arguments[:cut])
     options.command = arguments[cut + 1:] if cut < len(arguments) else None
     return options, unknown
+
+
+class _List(argparse.Action):
+    """--list: print the exercises that can be graded without further options."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        found = []
+        for path in exercises().values():
+            try:
+                found.append(load(path))
+                usage.check_student(found[-1], None)
+            except exercise.ExerciseError as error:
+                say(f'./run grade: left out: {harmless.plain(str(error))}', sys.stderr)
+            except usage.UsageError:
+                found.pop()
+        if values == 'json':
+            say(json.dumps([{'name': one.name, 'title': one.title, 'asks': one.asks} for one in found]))
+        else:
+            width = max(len(one.name) for one in found)
+            say('\n'.join(f'{one.name:{width}}  {one.title}' for one in found))
+        parser.exit(0)
 
 
 class _Checks(argparse.Action):

@@ -49,6 +49,26 @@ def disk_full(folder: str, free: float, needed: float) -> Finding:
                    f'make room; df -h {folder} shows the disk')
 
 
+def addresses_limited(limit: float, needed: float) -> Finding:
+    """``limit`` and ``needed``: address space [MB] of a process."""
+    return Finding('addresses_limited', f'a program gets {limit:.0f} MB of addresses here (ulimit -v); OpenCV and the '
+                   f'threads of a node need {needed:.0f} MB',
+                   'type ulimit -v unlimited, or raise "as" in /etc/security/limits.conf')
+
+
+def loopback_down(said: str) -> Finding:
+    """Programs of this machine cannot reach each other."""
+    return Finding('loopback_down', f'nothing on this machine can reach 127.0.0.1 ({said}), so no node finds '
+                   'its master', 'type sudo ip link set lo up')
+
+
+def no_network(packages: int) -> Finding:
+    """Packages are missing, and there is no way to the internet."""
+    return Finding('no_network', f'{packages} Debian packages are missing, and this machine has no network to '
+                   'load them from',
+                   'check the cable or the wifi (ip route shows no default), or set http_proxy')
+
+
 def workspace_impossible(workspace: str, folder: str, user: str) -> Finding:
     """There is no workspace yet, and ``user`` cannot make one."""
     return Finding('workspace_impossible',

@@ -2,7 +2,9 @@
 import glob
 import os
 import re
+import resource
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -17,9 +19,12 @@ BUILT_NEEDS, UNBUILT_NEEDS = 20.0, 1100.0  # [MB] of disk: for logs and temporar
 OLDEST_OPENCV = (4, 6)
 FUTURE = 60.0  # [s] that a file may be newer than now: folders of other machines
 SAMPLE = 0.25  # [s] over which the wall clock is compared with elapsed time
+ADDRESSES = 2000.0  # [MB] of address space: with 1500, OpenCV, scipy and 20 threads in one process fail
+PROXIES = 'http_proxy', 'https_proxy', 'HTTP_PROXY', 'HTTPS_PROXY'
 READINGS = 10  # of both clocks
 JUMP = 0.2  # [s/s] by which the clock may gain: programs that set the time smoothly gain less than a tenth of it
 PATIENCE = 20.0  # [s] for a command that takes well under one
+CONNECT = 5.0  # [s] for a connection of this machine with itself
 PATHS = 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH'
 WRONG_ALONE = 'PYTHONHOME', 'AMENT_PREFIX_PATH'  # of another Python, of ROS 2
 SYSTEM_PYTHONS = '/usr/bin/python3', '/bin/python3'
@@ -44,6 +49,43 @@ def disk(machine: Machine) -> Iterator[Finding]:
     free, needed = shutil.disk_usage(folder).free / 1e6, BUILT_NEEDS if machine.built else UNBUILT_NEEDS
     if free < needed:
         yield findings.disk_full(folder, free, needed)
+
+
+def addresses(_: Machine) -> Iterator[Finding]:
+    """A limit of the address space."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < ADDRESSES * 1e6:
+        yield findings.addresses_limited(limit / 1e6, ADDRESSES)
+
+
+def loopback(_: Machine) -> Iterator[Finding]:
+    """Connections of this machine with itself."""
+    try:
+        with socket.create_server(('127.0.0.1', 0)) as server:
+            socket.create_connection(server.getsockname(), CONNECT).close()
+    except OSError as error:
+        yield findings.loopback_down(error.strerror or str(error))
+
+
+def network(machine: Machine) -> Iterator[Finding]:
+    """A way to the internet, while something has to be loaded from there."""
+    if machine.missing and not any(map(machine.environment.get, PROXIES)) and not _has_route():
+        yield findings.no_network(len(machine.missing))
+
+
+def _has_route() -> bool:
+    """Return whether a default route exists, for IPv4 or IPv6; True if Linux does not tell."""
+    try:
+        with open('/proc/net/route', encoding='ascii') as file:
+            if any(line.split()[1] == '00000000' for line in file):
+                return True
+    except OSError:
+        return True
+    try:
+        with open('/proc/net/ipv6_route', encoding='ascii') as file:
+            return any(line.split()[:2] == ['0' * 32, '00'] and line.split()[-1] != 'lo' for line in file)
+    except OSError:
+        return False
 
 
 def _existing(folder: str) -> str:
@@ -186,4 +228,5 @@ def offered(names: List[str]) -> List[str]:
     return re.findall(r'^(\S+):\n.*\n +Candidate: (?!\(none\))', done.stdout, re.MULTILINE)
 
 
-CHECKS: List[Check] = [packages, disk, folders, python, variables, opencv, clock, isolation]
+CHECKS: List[Check] = [network, loopback, packages, disk, addresses, folders, python, variables, opencv, clock,
+                       isolation]

@@ -145,6 +145,12 @@ FAULTS = [
           True, ('--missing', 'cmake')),
     Fault('disk_full', True, 'mkdir $folder/small; mount -t tmpfs -o size=1m none $folder/small\n'
           'workspace=$folder/small/ws', ('1 MB left of the 1100 MB', 'df -h')),
+    Fault('addresses_limited', True, 'ulimit -v 1500000',
+          ('1536 MB of addresses', 'need 2000 MB', 'ulimit -v unlimited')),
+    Fault('loopback_down', True, 'ip link set lo down',
+          ('can reach 127.0.0.1 (', 'sudo ip link set lo up')),
+    Fault('no_network', True, '',
+          ('1 Debian packages are missing', 'no network', 'cable'), arguments=('--missing', 'cmake')),
     Fault('workspace_impossible', True, 'mkdir $folder/locked; chmod 755 $folder{,/locked}\n'
           'workspace=$folder/locked/cache/ws; be_stranger', ('/locked/cache/ws: ', 'cannot write to', 'type '
                                                              'TURTLE_ROBOTONT_WS='), True),
