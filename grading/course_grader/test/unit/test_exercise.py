@@ -37,6 +37,7 @@ def test_values_are_converted():
     assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')
     assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
     assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
+    assert loaded.rules[0].visible == 'always'
     assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
     assert loaded.stimuli == [('drive', {'after': 0.0, 'linear': (0.5, 1.5), 'angular': (-0.8, 0.8), 'for': 3.0})]
     request = {'do': 'call', 'service': '/a', 'type': 'b/C', 'request': ['2 to 9 m', '90 deg']}

@@ -13,7 +13,7 @@ import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from course_grader.rules import variants
-from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
+from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core.worlds import world_format
@@ -84,7 +84,8 @@ KEYS: Parameters = {
     'symptoms': Parameter('list', [], 'advice for mistakes, to a program that lost points')}
 OF_A_CHECK: Parameters = {
     'points': Parameter('number', ..., 'how many of the 100 points it gives'),
-    'must': Parameter('boolean', False, 'whether the exercise fails below half of its points')}
+    'must': Parameter('boolean', False, 'whether the exercise fails below half of its points'),
+    'visible': Parameter(VISIBLE, ALWAYS, 'when students see it in their results')}
 
 OF_A_SYMPTOM: Parameters = {
     'hint': Parameter('text', ..., 'the advice, one sentence'),
@@ -112,12 +113,14 @@ class ExerciseError(ValueError):
 
 
 class ScoredRule(NamedTuple):
-    """A rule of an exercise, one of its ``checks``: name, parameters, points, and whether it must hold."""
+    """A rule of an exercise, one of its ``checks``: name, parameters, points, whether it must hold, when it is visible.
+    """
 
     name: str
     parameters: Dict[str, Any]
     points: float
     must: bool
+    visible: str = ALWAYS
 
 
 Stimulus = Tuple[str, Dict[str, Any]]  # what, {parameter: value}
@@ -224,7 +227,9 @@ def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
     if common.get('points', 1.0) <= 0.0:
         problems.append(f'{where}: points is {common["points"]:g}; it must be above 0')
     parameters = _fields(entry, RULES[name].parameters, where, problems)
-    return ScoredRule(name, parameters, common['points'], common['must']) if len(problems) == before else None
+    if len(problems) > before:
+        return None
+    return ScoredRule(name, parameters, common['points'], common['must'], common['visible'])
 
 
 def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus]:

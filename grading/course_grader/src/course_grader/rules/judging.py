@@ -23,6 +23,7 @@ SHORTCUTS = {  # kind of event: (what an exercise file says to allow it, the tex
     'fake_pose': ('', 'the program published fake poses on {0}'), 'fake_clock': ('', 'the program published /clock'),
 }
 PAUSE = 2.0  # times the median period; a longer one is a pause and does not count in a rate
+VISIBLE = ALWAYS, LATER, NEVER = 'always', 'after the deadline', 'never'  # when students see a check
 MISSED = 0.49  # the highest share of a check that is not fulfilled; a required check then fails the exercise
 
 

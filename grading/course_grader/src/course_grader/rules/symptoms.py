@@ -81,7 +81,7 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
 
 
 def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
-    lost = {reason.check: reason for reason in decided.reasons if reason.points < reason.of}
+    lost = {reason.check: reason for reason in decided.public().reasons if reason.points < reason.of}
     texts = [line.text for line in observed.lines]
     said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:SEARCHED_LINES],
                       *texts[-SEARCHED_LINES:]])
