@@ -165,7 +165,7 @@ def _handed_in(one: Submission, options: argparse.Namespace, origin: Origin) -> 
 def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:
     """Return the submissions to grade, by --only and --shard."""
     part, parts = options.shard or (1, 1)
-    chosen = list(found[part - 1::parts])
+    chosen = sorted(found, key=lambda one: one.exercise)[part - 1::parts]  # so that each part has some of all exercises
     for pattern in options.only or ():
         if not any(_matches(submission, pattern) for submission in found):
             raise ClassError(f'--only {pattern}: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such '
