@@ -61,7 +61,9 @@ def count(kind):
 def count_mutations(kind):
     """Return the measurement of a kind of mistake: whether its hint is the first, is there, or others are instead."""
     def run(_subject, most):
-        wanted, chosen = mutations.KINDS[kind].hint, []
+        held_out = kind in mutations.HELD_OUT
+        wanted, chosen = {**mutations.KINDS, **mutations.HELD_OUT}[kind].hint, []
+        total = 'held out ' if held_out else ''
         for path in sorted(SAMPLES.glob('*/right_*.py')):
             text = mutations.mutate(kind, path.read_text(encoding='utf-8'))
             if text and path.stem not in (*REAL_TIME, BORDERLINE):
@@ -72,8 +74,9 @@ def count_mutations(kind):
             if not any(hints[:1]):
                 print(f'    {result["exercise"]}, {kind}: {result["hints"]}', file=sys.stderr)
         return {f'first {kind}': [100.0 * any(hints[:1]) for hints in right], **({
-            'first': [100.0 * any(hints[:1]) for hints in right], 'named': [100.0 * any(hints) for hints in right],
-            'misled': [100.0 * (bool(hints) and not any(hints)) for hints in right]} if right else {})}
+            f'{total}first': [100.0 * any(hints[:1]) for hints in right],
+            f'{total}named': [100.0 * any(hints) for hints in right],
+            f'{total}misled': [100.0 * (bool(hints) and not any(hints)) for hints in right]} if right else {})}
     return run
 
 
@@ -104,11 +107,15 @@ def mean(values):
 
 MEASUREMENTS = {**{kind: Measurement(count(kind), about) for kind, about in KINDS.items()},
                 **{f'kind {kind}': Measurement(count_mutations(kind), f'the mistake "{kind}" in all right samples')
-                   for kind in mutations.KINDS}}
+                   for kind in (*mutations.KINDS, *mutations.HELD_OUT)}}
 FIGURES = (
     *(Figure(f'right hints, {about}', kind, '%', mean, Target('at_least', 90.0)) for kind, about in KINDS.items()),
-    *(Figure(f'right first hint, {kind}', f'first {kind}', '%', mean) for kind in mutations.KINDS),
+    *(Figure(f'right first hint, {kind}', f'first {kind}', '%', mean)
+      for kind in (*mutations.KINDS, *mutations.HELD_OUT)),
     Figure('right first hint, all kinds of mistakes', 'first', '%', mean, Target('at_least', 90.0)),
     Figure('right hint among two, all kinds', 'named', '%', mean),
     Figure('only other hints, all kinds', 'misled', '%', mean, Target('at_most', 2.0)),
+    *(Figure(f'{about}, kinds that were held out', f'held out {name}', '%', mean, target) for about, name, target in (
+        ('right first hint', 'first', Target('at_least', 90.0)), ('right hint among two', 'named', None),
+        ('only other hints', 'misled', Target('at_most', 2.0)))),
 )

@@ -41,7 +41,7 @@ ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do 
             'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'grading/course_grader/src/course_grader/isolation': {'psutil'},
             'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
-            'grading/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
+            'grading/course_grader/src/course_grader/classes': {'psutil', 'tornado', 'tqdm'},
             'grading/course_grader/src/course_grader/formats': IMAGES | {'jinja2'},
             'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,

@@ -21,7 +21,7 @@ MAX_LINES, MAX_LINE = 140, 120  # of README.md
 MAX_BYTES = 1.5e6  # of the moving picture in README.md
 MAX_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
-                   'moodle.csv', 'canvas.csv', 'similar.csv', 'marks.csv',
+                   'moodle.csv', 'canvas.csv', 'similar.csv', 'marks.csv', 'deadlines.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/', 'mymap.yaml'}
 OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}

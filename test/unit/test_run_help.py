@@ -27,8 +27,9 @@ def test_help_needs_no_installation(tmp_path, command, arguments):
 
 
 @pytest.mark.parametrize('arguments, said', [
-    (['link'], 'usage: ./run link FOLDER\n  links all packages into your own catkin workspace'),
-    (['link', 'a', 'b'], 'usage: ./run link FOLDER\n'), (['build', '--rvizz'], 'usage: ./run build [--rviz]\n'),
+    (['link'], 'usage: ./run link [--without-solutions] FOLDER\n  links all packages into your own catkin workspace'),
+    (['link', 'a', 'b'], 'usage: ./run link [--without-solutions] FOLDER\n'),
+    (['build', '--rvizz'], 'usage: ./run build [--rviz]\n'),
     (['shell', '-c'], 'usage: ./run shell [-c COMMAND]\n'), (['shell', 'ls'], 'usage: ./run shell [-c COMMAND]\n'),
     (['demmo'], "there is no command 'demmo'. Did you mean ./run demo? The commands are:\n\nLearning:\n  shell "),
     (['zzzz'], "there is no command 'zzzz'. The commands are:\n\nLearning:\n  shell "),

@@ -10,6 +10,7 @@ import {System} from './lib/system.js';
 styleSheet('panels/panels.css');
 
 const PAGES = ['course.md', 'course_next.md'];
+const SHEET = 'exercise_sheet.md'; // instead of them, in a copy without solutions: the tasks of the same steps
 const TEXTS = new URL('../docs/', import.meta.url);
 const POSES = 10; // messages a second
 const MOST_VEHICLES = 5;
@@ -42,7 +43,13 @@ class CoursePanel {
     fill(this._element, el('p', {class: 'muted'}, 'Loading the course …'));
     let pages;
     try {
-      pages = await Promise.all(PAGES.map(readPage));
+      pages = await Promise.all(PAGES.map(readPage)).catch(async (missing) => {
+        try {
+          return [await readPage(SHEET)];
+        } catch {
+          throw missing;
+        }
+      });
     } catch (error) {
       if (!this.scope.ended) {
         fill(this._element, emptyState('The course cannot be shown', `${error.message}. Does the folder web have the link docs? `

@@ -16,7 +16,7 @@ import textwrap
 
 import rospkg
 
-from course_grader import usage
+from course_grader import live_report, usage
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels, sourced, view
@@ -50,10 +50,12 @@ def _main(arguments):
         usage.check(arguments[:_cut(arguments)], unknown, options.command, options.exercise)
         chosen = load(_find(options.exercise), options.student or '')
         usage.check_student(chosen, options.student)
+        live_report.check(options.report)
         if form not in systems.READ_SCORES:  # otherwise the program was not handed in
             usage.check_program(arguments[:_cut(arguments)], options.command)
             _check_package(arguments[:_cut(arguments)], options)
-    except (exercise.ExerciseError, systems.FormatError, usage.UsageError, OSError) as error:
+    except (exercise.ExerciseError, systems.FormatError, usage.UsageError, live_report.AddressError,
+            OSError) as error:
         say(f'./run grade: {harmless.plain(str(error))}', sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
@@ -88,7 +90,16 @@ def _main(arguments):
             'with --output', sys.stderr)
         return exit_codes.USAGE
     say(written.stdout)
+    _report(options, chosen, got.verdict)
     return written.code
+
+
+def _report(options, chosen, decided):
+    """Report a Verdict to the live view of the class, if the student asks for it."""
+    if options.report:
+        trouble = live_report.send(options.report, options.student, chosen.name, decided)
+        say(harmless.printed('./run grade: ' + (f'the report to the live view did not arrive: {trouble}' if trouble else
+                                                'reported to the live view of your class')), sys.stderr)
 
 
 def exercises():
@@ -168,6 +179,7 @@ def _parse(arguments):
         usage='%(prog)s EXERCISE [--seed N] [--real-time] [--output FOLDER] -- COMMAND ...\n'
         '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help\n'
         '       %(prog)s --merge DIR ...   joins results of --all; see %(prog)s --merge --help\n'
+        '       %(prog)s --live   shows the gradings of a lab class; see %(prog)s --live --help\n'
         '       %(prog)s --sheet STUDENT EXERCISE ...   prints the tasks of a student, with their values\n'
         '       %(prog)s --list   lists the exercises\n'
         '       %(prog)s --new FILE   writes an exercise file; %(prog)s --checks lists what it may contain',
@@ -184,6 +196,9 @@ def _parse(arguments):
                         help='repeats the start and the stimuli of an earlier grading; default: random')
     parser.add_argument('--student', metavar='NAME', help='whose values an exercise has that differ from student to '
                         'student')
+    parser.add_argument('--report', metavar='ADDRESS', default=os.environ.get(live_report.VARIABLE),
+                        help='report the result to the live view of your class, under --student or your user name '
+                        f'(default: {live_report.VARIABLE}, without which nothing is reported)')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
                         help='where roslaunch and rosrun also look for packages; default: the workspaces that are '
@@ -266,9 +281,14 @@ def _merge(arguments):
     return grade_merge.main(arguments)
 
 
+def _live(arguments):
+    from course_grader.classes import live
+    return live.main(arguments)
+
+
 def _all(arguments):
     from course_grader.classes import grade_all
     return grade_all.main(arguments, exercises(), load)
 
 
-OTHERS = {'--merge': _merge, '--all': _all, '--sheet': _sheet}  # options that are commands of their own
+OTHERS = {'--merge': _merge, '--all': _all, '--sheet': _sheet, '--live': _live}  # options that are commands

@@ -296,7 +296,7 @@ def test_parts_of_a_class_are_merged(tmp_path):
     assert rows == [['student', 'x', 'mean'], ['anna', '100', '100.0'], ['ben', '100', '100.0'],
                     ['carl', 'undecided', ''], ['dora', '12.5', '12.5']]
     assert (tmp_path / 'all' / 'ben' / 'x' / 'result.json').is_file()
-    for content in ('{}', '{"title": "", "students": [], "exercises": [], "submissions": [["..", "x", ""]]}'):
+    for content in ('{}', '{"title": "", "students": [], "exercises": [], "submissions": [["..", "x", "", ""]]}'):
         (tmp_path / '1' / 'class.json').write_text(content)
         merged = subprocess.run(merge, timeout=60, capture_output=True, check=False, env=environment)
         assert merged.returncode == 2 and b'cannot be read' in merged.stderr and b'Traceback' not in merged.stderr

@@ -1,6 +1,7 @@
 """course_grader.classes.downloads: what Moodle, Canvas and Gradescope give to download."""
 import os
 import stat
+import time
 import zipfile
 
 import pytest
@@ -17,6 +18,7 @@ MOODLE_FLAT = {'Anna Berg_1234_assignsubmission_file_stop_at_x.py': 'anna'}
 CANVAS = {'berganna_1234_5678_stop_at_x.py': 'anna', 'liben_LATE_77_5679_stop_at_x-1.py': 'ben',
           'liben_LATE_77_5680_black_path.py': 'ben'}
 METADATA = ('submission_34:\n  :submitters:\n  - :name: Anna Berg\n    :sid: 1\n'
+            '  :created_at: 2026-11-20 18:05:48.123456000 Z\n'
             'submission_35:\n  :submitters:\n  - :name: Ben Li\n  - :name: Carl\n')
 GRADESCOPE = {'assignment_12_export/submission_metadata.yml': METADATA,
               'assignment_12_export/submission_34/stop_at_x.py': 'anna',
@@ -70,11 +72,35 @@ def test_a_zip_may_be_unpacked(tmp_path, files, expected):
 
 @pytest.mark.parametrize('files, origin', [
     (MOODLE, Origin('moodle', {'Anna Berg': '1234', 'Ben Li 77': '77', 'Ben Li 78': '78'})),
-    (CANVAS, Origin('canvas', {'berganna': '1234', 'liben': '77'})),
-    (GRADESCOPE, Origin('gradescope', {'Anna Berg': '34', 'Ben Li and Carl': '35', 'submission_36': '36'})),
+    (CANVAS, Origin('canvas', {'berganna': '1234', 'liben': '77'},
+                    {'liben/stop_at_x.py': 'late', 'liben/black_path.py': 'late'})),
+    (GRADESCOPE, Origin('gradescope', {'Anna Berg': '34', 'Ben Li and Carl': '35', 'submission_36': '36'},
+                        {'Anna Berg/stop_at_x.py': '2026-11-20 20:05'})),
     (PLAIN, Origin())], ids=['moodle', 'canvas', 'gradescope', 'plain'])
-def test_the_numbers_by_which_the_platform_knows_the_students_are_kept(tmp_path, files, origin):
-    assert downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))[2] == origin
+def test_the_numbers_and_dates_of_the_platform_are_kept(tmp_path, files, origin, monkeypatch):
+    monkeypatch.setenv('TZ', 'UTC-2')  # as in Tartu
+    time.tzset()
+    try:
+        found = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))[2]
+    finally:
+        monkeypatch.undo()
+        time.tzset()
+    assert found == origin
+
+
+def test_the_only_student_of_a_platform_may_hand_in_folders(tmp_path):
+    files = {'Anna Berg_1234_assignsubmission_file_/src/topic_demo/stop_at_x.py': 'anna'}
+    folder, _, _ = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))
+    assert content(folder) == {'Anna Berg/src/topic_demo/stop_at_x.py': 'anna'}
+
+
+def test_the_dates_of_the_files_are_kept(tmp_path):
+    with zipfile.ZipFile(tmp_path / 'a.zip', 'w') as archive:
+        for name, date in (('anna', (2026, 11, 20, 18, 5, 30)), ('ben', (1980, 0, 0, 0, 0, 0))):
+            archive.writestr(zipfile.ZipInfo(f'{name}/stop_at_x.py', date), '')
+    folder, _, _ = downloads.folder_of_class(str(tmp_path / 'a.zip'), str(tmp_path / 'out'))
+    dates = [os.path.getmtime(os.path.join(folder, name, 'stop_at_x.py')) for name in ('anna', 'ben')]
+    assert dates == [time.mktime((2026, 11, 20, 18, 5, 30, 0, 0, -1)), 0.0]  # a month 0 is no date
 
 
 def test_any_other_folder_is_taken_as_it_is(tmp_path):

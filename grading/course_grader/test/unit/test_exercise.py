@@ -37,6 +37,7 @@ def test_values_are_converted():
     assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')
     assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
     assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
+    assert loaded.rules[0].visible == 'always'
     assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
     assert loaded.stimuli == [('drive', {'after': 0.0, 'linear': (0.5, 1.5), 'angular': (-0.8, 0.8), 'for': 3.0})]
     request = {'do': 'call', 'service': '/a', 'type': 'b/C', 'request': ['2 to 9 m', '90 deg']}
@@ -94,6 +95,8 @@ def test_wrong_files_are_named_with_the_key(content, said):
     ({'check': 'prints', 'pattern': '('}, 'check 1 (prints): pattern: missing ), unterminated subpattern'),
     ({'check': 'pen', 'colour': [0, 0, 256]}, 'check 1 (pen): colour: [0, 0, 256] must be three whole numbers'),
     ({'check': 'draws', 'shape': 'heart'}, "check 1 (draws): shape: 'heart' must be one of circle, square, triangle"),
+    ({'check': 'moves', 'length': '1 m', 'visible': 'later'},
+     "check 1 (moves): visible: 'later' must be one of always, after the deadline, never"),
     ({'check': 'positions', 'count': 'four'}, "check 1 (positions): count: 'four' must be a whole number"),
 ])
 def test_wrong_parameters_of_checks(parameters, said):
@@ -118,6 +121,11 @@ SHOW = {'do': 'markers', 'for': '3 s'}
      'check 1 (positions) needs the line: allows: [teleport]'),
     ({'checks': [{'check': 'pen', 'colour': [0, 0, 0], 'points': 100}], 'simulator': 'robotont'},
      'check 1 (pen) needs simulator: turtlesim'),
+    ({'checks': [{'check': 'passes', 'x': '5 m', 'points': 100}]}, 'check 1 (passes) needs either x and y, or through'),
+    ({'checks': [{'check': 'draws', 'shape': 'line', 'points': 100}]}, 'check 1 (draws) needs the key through'),
+    ({'checks': [{'check': 'passes', 'through': [['5 m']], 'points': 100}]},
+     "check 1 (passes): through: ['5 m'] must be a point with x and y, such as [2 m, 3 m]"),
+    ({'starts': 6}, 'starts is 6; it must be 1 to 5'), ({'starts': 0}, 'the exercise: starts: 0 must be above 0'),
     ({'stimuli': [{'do': 'drive', 'after': '8 s', 'for': '3 s'}]},
      'stimulus 1 (drive) lasts until 11 s, longer than the time of the exercise, 10 s'),
     ({'stimuli': [{**CALL, 'after': '10 s'}]}, 'stimulus 1 (call) lasts until 10 s'),

@@ -7,7 +7,7 @@ import sys
 import pytest
 import yaml
 
-from course_grader import cli
+from course_grader import cli, live_report
 from course_grader.attempt import attempt
 from course_grader.formats import exit_codes
 from course_grader.rules import exercise, registry
@@ -215,3 +215,17 @@ def test_a_simulator_is_flooded_when_it_runs_whenever_it_can(after, flooded):
 def test_threads_of_calls_that_have_ended_flood_a_simulator_too(used, flooded):
     assert attempt._flooded({}, {'1': (1.5, 4.0), '2': (0.1, 9.0)}, 10.0, used) is flooded
     assert attempt._flooded({}, {}, 10.0, used) is False  # the simulator has ended
+
+
+@pytest.mark.parametrize('arguments, variable, address', [
+    ([], None, None), (['--report', 'http://a/b'], None, 'http://a/b'), ([], 'http://a/c', 'http://a/c')])
+def test_nothing_is_reported_unless_the_student_asks_for_it(monkeypatch, arguments, variable, address):
+    monkeypatch.delenv(live_report.VARIABLE, raising=False)
+    if variable:
+        monkeypatch.setenv(live_report.VARIABLE, variable)
+    assert cli._parse(['stop_at_x', *arguments, '--', 'a.py'])[0].report == address
+
+
+def test_a_wrong_address_is_refused_before_the_grading(capsys):
+    assert cli.main(['stop_at_x', '--report', '192.168.1.5:8130', '--', 'true']) == 2
+    assert "the address to report to is '192.168.1.5:8130'; copy it whole" in capsys.readouterr().err

@@ -60,6 +60,7 @@ def test_the_file_survives_and_is_in_all_tables(tmp_path, capsys):
     ('student,exercise,score\nanna,x,120\n', "line 2: the score is '120'; it must be a number from 0 to 100"),
     ('student,exercise,score\nanna,x,90\nben,x,"8,5"\n', "line 3: the score is '8,5'"),
     ('student,exercise,score\nanna,x,nan\n', "line 2: the score is 'nan'"),
+    ('student,exercise,handed_in\nanna,x,2026-11-20\n', "line 2: handed_in is '2026-11-20'; write date and time"),
     ('student,exercise,verdict\nanna,x,good\n', "line 2: the verdict is 'good'; it must be passed or failed"),
     ('student,exercise,comment\nanna,x,good, but late\n', 'line 2: it has another number of columns'),
     ('student,exercise,comment\nanna\n', 'line 2: it has another number of columns'),

@@ -141,6 +141,17 @@ def test_a_world_is_shifted_with_what_the_checks_ask_for():
     assert one.rules[0] == moved.rules[0]
 
 
+def test_points_of_a_line_are_shifted():
+    path = {'check': 'passes', 'through': [['1 m', '0 m'], ['2 m', '1 m']], 'points': 100}
+    one = exercise.parse({'title': 'T', 'time': '9 s', 'simulator': 'robotont', 'checks': [path],
+                          'world': {'cylinders': [{'name': 'a', 'x': 3, 'y': 0, 'radius': 0.1, 'height': 1}]},
+                          'shift': {'x': '0.1 to 0.3 m'}})
+    moved = random_stimuli.shifted(one, 7)
+    by = round(moved.world['cylinders'][0]['x'] - 3.0, 6)
+    assert 0.1 <= by <= 0.3
+    assert moved.rules[0].parameters['through'] == [(1.0 + by, 0.0), (2.0 + by, 1.0)]
+
+
 def test_a_moving_panel_is_shifted_along_its_path():
     one = EXERCISES['keep_distance']._replace(shift={'x': (0.0, 0.0), 'y': (0.5, 0.5)})
     panel, moved = one.world['panels'][0], random_stimuli.shifted(one, 1).world['panels'][0]

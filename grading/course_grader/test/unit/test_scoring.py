@@ -3,8 +3,9 @@ import math
 import pathlib
 
 import pytest
+import yaml
 
-from course_grader.rules import exercise, scoring
+from course_grader.rules import exercise, registry, scoring, symptoms
 from course_grader.rules.observation import Call, Event, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
@@ -317,6 +318,40 @@ def test_a_rate_is_not_that_of_the_ticks():
     """Ten a second come every 6 or 7 ticks of 16 ms, whose median is 10.4 Hz; a pause is not part of the rate."""
     decided = graded('publish_circle', lambda turtle: circle(turtle.drive(3.0, 0.5, 0.2).wait(5.0)))
     assert ', 10.0 Hz,' in decided.reasons[0].seen
+
+
+TURN = 1.0, 0.0, math.pi / 2.0  # to the left: [s, m/s, rad/s]
+
+
+@pytest.mark.parametrize('legs, share, seen', [
+    ([(2.0, 1.0, 0.0), TURN, (3.0, 1.0, 0.0)], 1.0, 'it passes 2 of 2 in this order'),  # (4, 3) to (6, 3) to (6, 6)
+    ([(2.0, 1.0, 0.0), TURN, (1.0, 1.0, 0.0)], 0.245, 'it passes 1 of 2 in this order, and comes as near as '),
+    ([TURN, (3.0, 1.0, 0.0)], 0.0, 'it passes 0 of 2 in this order, and comes as near as 2.00 m to (6, 3) after that'),
+    ([], 0.0, 'it did not move')])
+def test_points_are_passed_in_their_order(legs, share, seen):
+    turtle = GradedTurtle(x=4.0, y=3.0)
+    for leg in legs:
+        turtle.drive(*leg)
+    found = registry.judge('passes', turtle.observed, {'x': None, 'y': None, 'through': [(6.0, 3.0), (6.0, 6.0)],
+                                                       'tolerance': 0.1})
+    assert (found.share, found.seen[:len(seen)]) == (pytest.approx(share), seen)
+    back = registry.judge('passes', turtle.observed, {'x': None, 'y': None, 'through': [(6.0, 6.0), (6.0, 3.0)],
+                                                      'tolerance': 0.1})
+    assert back.share < 0.5
+
+
+def test_what_is_hidden_counts_and_is_not_told():
+    content = yaml.safe_load((FOLDER / 'stop_at_x.yaml').read_text())
+    content['checks'][1]['visible'] = 'after the deadline'
+    turtle = GradedTurtle(x=4.0, y=3.0)
+    stop_at(turtle, 8.0)
+    made = exercise.parse(content)
+    decided = symptoms.advise(made, turtle.observed, scoring.decide(made, turtle.observed))
+    assert (decided.outcome, decided.hints) == ('failed', ())
+    assert decided.objections == ['a required check failed that is not shown yet']
+    assert [reason.check for reason in decided.public().reasons] == ['moves']
+    assert [reason.check for reason in decided.public(over=True).reasons] == ['moves', 'stops']
+    assert decided.public()._replace(objections=[]).main_reason() == ''  # nothing is lost that may be told
 
 
 def test_partly_right_is_worth_a_part():

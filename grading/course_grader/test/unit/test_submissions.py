@@ -1,10 +1,12 @@
 """course_grader.classes.submissions: who has handed in what, and texts for folders that hold nothing."""
+import argparse
 import os
 import subprocess
 
 import pytest
 
-from course_grader.classes import graded, submissions
+from course_grader.classes import grade_all, graded, submissions
+from course_grader.classes.submissions import Submission
 
 NAMES = ['black_path', 'stop_at_x']
 
@@ -154,6 +156,15 @@ def test_a_folder_without_submissions_is_explained(tmp_path, files, said):
         submissions.find(fill(tmp_path, files), NAMES)
     assert 'files that have the name of an exercise (black_path, stop_at_x), such as' in str(error.value)
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize('parts', [2, 3])
+def test_each_part_of_a_class_has_some_of_all_exercises(parts):
+    found = [Submission(student, name, (), '') for student in 'abcdef' for name in ('x', 'y')]
+    chosen = [grade_all._chosen(argparse.Namespace(shard=(part, parts), only=None), found)
+              for part in range(1, parts + 1)]
+    assert sorted(one for part in chosen for one in part) == sorted(found)
+    assert all({one.exercise for one in part} == {'x', 'y'} and len(part) == 12 // parts for part in chosen)
 
 
 def test_one_exercise_in_a_flat_folder(tmp_path):

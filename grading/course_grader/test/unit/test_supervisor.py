@@ -106,6 +106,19 @@ def test_an_attempt_for_which_the_machine_was_slow_is_made_again_with_more_time(
     assert attempts.limits == limits
 
 
+@pytest.mark.parametrize('scores, score, counts, made', [
+    ([90.0, 85.0, 100.0], 85.0, 2, 3), ([100.0, 40.0, 0.0], 40.0, 2, 2), ([30.0], 30.0, 1, 1)])
+def test_of_several_starts_the_worst_counts(scores, score, counts, made):
+    results = [Attempted(scoring.Verdict('passed' if one >= 80.0 else 'failed', one, [], []), Observed())
+               for one in scores]
+    attempts, seeds = Attempts(*results), []
+    attempts._grade = lambda job, limit, say: seeds.append(job.seed) or Supervisor._grade(attempts, job, limit, say)
+    job = Job(types.SimpleNamespace(time=10.0, starts=3, shift={}), (), '', '', 7)
+    got = Supervisor._starts(attempts, job, None, lambda text: None)[1]
+    assert (got.verdict.score, seeds) == (score, [7, 10_007, 20_007][:made])
+    assert got.remarks[0].startswith(f'start {counts} of 3 counts')
+
+
 def test_an_attempt_alone_waits_for_the_others_which_then_wait_for_it():
     gate, events = supervisor._Gate(), []
 

@@ -195,6 +195,15 @@ def test_the_first_symptom_of_a_check_counts():
     assert [hint for hint in found if 'blue' in hint or 'width' in hint] == ['the width of the pen has to be 5']
 
 
+@pytest.mark.parametrize('colour, told', [((255, 0, 0), True), ((0, 255, 0), False)])
+def test_a_colour_of_the_pen_is_a_symptom(colour, told):
+    made = exercise.parse({'title': 'T', 'time': '9 s', 'symptoms': [{'pen': [255, 0, 0], 'hint': 'red is first'}],
+                           'checks': [{'check': 'pen', 'colour': [0, 0, 255], 'points': 100}]})
+    observed = GradedTurtle().pen(*colour, 1, 0).drive(2.0, 1.0).observed
+    decided = symptoms.advise(made, observed, scoring.decide(made, observed))
+    assert ('red is first' in decided.hints) == told
+
+
 @pytest.mark.parametrize('connection, said', [
     (('/turtle1/pose', 'publishes'), 'rospy.Subscriber instead of rospy.Publisher'),
     (('/turtle1/cmd_vel', 'subscribes'), 'rospy.Publisher instead of rospy.Subscriber'),

@@ -57,6 +57,26 @@ def test_a_format_that_does_not_fit_the_place_is_refused(tmp_path):
         systems.check('gradescope', place)
 
 
+HIDDEN = {'after the deadline': 'after_due_date', 'never': 'hidden'}
+
+
+@pytest.mark.parametrize('visible', HIDDEN)
+@pytest.mark.parametrize('name', FORMATS)
+def test_a_check_that_is_not_visible_is_in_no_format_but_gradescope(place, name, visible):
+    one = grading('failed', f'{place.folder}/grades')
+    moves, stops = one.decided.reasons
+    decided = one.decided._replace(reasons=[moves, stops._replace(asked='a secret', visible=visible)], objections=[])
+    result = systems.rendered(name, one._replace(decided=decided), place)
+    texts = [result.stdout, *(content for content in result.files.values() if isinstance(content, str))]
+    assert ('a secret' in ''.join(texts)) == (name == 'gradescope')
+    if name == 'gradescope':
+        tests = json.loads(texts[1])['tests']
+        assert [test['visibility'] for test in tests] == ['visible', HIDDEN[visible]]
+        assert 'a secret' not in texts[0] + json.loads(texts[1])['output']
+    if name not in ('junit', 'csv'):
+        assert '80 points are for checks that are not shown yet' in ''.join(texts)
+
+
 @each_verdict
 @pytest.mark.parametrize('name', FORMATS)
 def test_exit_codes(place, name, verdict):

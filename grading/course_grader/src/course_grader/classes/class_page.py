@@ -8,6 +8,7 @@ import hashlib
 import os
 import re
 import shlex
+import time
 from typing import Any, Dict, List, Optional, Sequence
 from urllib.parse import quote
 
@@ -16,13 +17,16 @@ from course_grader.classes.graded import SIMILAR, Graded
 from course_grader.classes.submissions import LeftOut
 from course_grader.formats import harmless, templates
 from course_grader.isolation import levels
-from course_grader.rules import scoring
+from course_grader.rules import judging, scoring
 
 MAX_PRINTED = 20_000  # characters of a program's output on a student's page
 MAX_REASON = 120  # characters of the reason beside the title of a submission
 OUTCOMES = scoring.PASSED, scoring.FAILED, scoring.UNDECIDED
 MAX_MISTAKES = 3  # that are listed for an exercise
 MISSING = 'missing'  # the verdict of a cell without a submission
+UNDECIDED_MEANS = ('Undecided: there is no score, because the machine was too slow or the grader itself failed. This '
+                   'is not the student\u2019s fault. The program is graded again the next time.')
+HIDDEN = {judging.LATER: 'students see it after the deadline', judging.NEVER: 'students do not see it'}
 LEGEND = {'start': 'start', 'end': 'end', 'counted': 'what counted'}  # style of a path picture: its meaning
 
 
@@ -71,8 +75,8 @@ def _page(template: str, title: str, script: str = '', **values: Any) -> str:
     """Return a page that loads and runs nothing but what it contains."""
     code = templates.verbatim(script) if script else ''
     digest = base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
-    return templates.rendered(template, title=title, style=templates.verbatim('class_page.css'), script=code,
-                              script_digest=digest, **values)
+    return templates.rendered(template, title=title, written=time.strftime('%Y-%m-%d %H:%M'),
+                              style=templates.verbatim('class_page.css'), script=code, script_digest=digest, **values)
 
 
 def _isolation(results: Sequence[Graded]) -> List[Any]:
@@ -100,7 +104,8 @@ def _cell(one: Optional[Graded], exercise: str, text: str) -> Dict[str, str]:
 
 def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
     """Return the texts of a submission; with a link into ``folder``, or the program's output if that is None."""
-    submission, verdict = one.submission, one.verdict
+    submission = one.submission
+    verdict = one.verdict if folder is not None else one.verdict.public(one.over)
     reason = verdict.main_reason()
     reason = reason if len(reason) <= MAX_REASON else reason[:MAX_REASON - 1] + '\u2026'
     picture = _content(os.path.join(one.folder, 'path.svg'))
@@ -114,8 +119,13 @@ def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
         'hints': [_local(hint, one) for hint in verdict.hints],
         'objections': [_local(objection, one) for objection in verdict.objections],
         'notes': [_local(note, one) for note in one.notes],
+        'hidden': sum(check.of for check in one.verdict.reasons) - sum(check.of for check in verdict.reasons),
+        'when': time.strftime('%Y-%m-%d %H:%M', time.localtime(one.at)) if one.at else '',
+        'handed_in': harmless.plain(submission.handed_in), 'task': one.title, 'asks': _local(one.asks, one),
+        'undecided': UNDECIDED_MEANS if one.outcome == scoring.UNDECIDED else '',
         'checks': [{'lost': check.points < check.of, 'points': f'{check.points:g} of {check.of:g}',
-                    'asked': _local(check.asked, one), 'seen': _local(check.seen, one)} for check in verdict.reasons],
+                    'asked': _local(check.asked, one), 'seen': _local(check.seen, one),
+                    'visible': HIDDEN.get(check.visible, '')} for check in verdict.reasons],
         'command': _command(one, folder), 'seconds': f'{one.seconds:.1f} s', 'isolation': one.isolation,
         'output': _quoted(os.path.relpath(output, folder)) if has_output and folder is not None else '',
         'printed': _printed(output, one) if has_output and folder is None else '',

@@ -8,9 +8,10 @@ import json
 import os
 import sys
 import tempfile
+import time
 from typing import Any, Dict, List, Sequence, Tuple
 
-from course_grader.classes import class_report, class_table, marks
+from course_grader.classes import class_report, class_table, deadlines, marks
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import CLASS
 from course_grader.classes.submissions import LeftOut
@@ -69,12 +70,13 @@ def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
 
 
 def check_output(folder: str) -> None:
-    """Raise OSError unless files can be written into a folder, MarksError if its MARKS are wrong.
+    """Raise OSError unless files can be written into a folder, MarksError if its MARKS or DEADLINES are wrong.
 
     Call it before the gradings.
     """
     os.makedirs(folder, exist_ok=True)
     marks.read(folder)
+    deadlines.read(folder)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(b'.' * 4096)
 
@@ -82,8 +84,10 @@ def check_output(folder: str) -> None:
 def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], notes: Sequence[str] = ()) -> int:
     """Print the table and write all files; return the exit code for the ``chosen`` results."""
     quiet = options.format != systems.TEXT
-    given, unknown = marks.apply(graded.results, marks.read(options.output))
-    graded, notes = graded._replace(results=given), [*notes, *map(harmless.printed, unknown)]
+    by_hand, dates = marks.read(options.output), deadlines.read(options.output)
+    given, undated = deadlines.apply(graded.results, dates, by_hand, time.time())
+    given, unknown = marks.apply(given, by_hand)
+    graded, notes = graded._replace(results=given), [*notes, *undated, *map(harmless.printed, unknown)]
     if not quiet:
         for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)
@@ -94,7 +98,8 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
                                                   for pair in graded.similar[:MAX_SIMILAR])]))
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
-               'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)
+               'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt,
+                                one.submission.handed_in)
                                for one in graded.results],
                'left_out': list(graded.left_out), 'platform': graded.origin.platform, 'ids': dict(graded.origin.ids)}
     write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
@@ -108,8 +113,8 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     return exit_codes.OF_OUTCOME[worst]
 
 
-def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut], Origin]:
-    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut], Origin) of a folder.
+def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str, str]], List[LeftOut], Origin]:
+    """Return (title, students, exercises, [(student, exercise, attempt, handed in)], [LeftOut], Origin) of a folder.
 
     Raise ClassError.
     """
@@ -118,10 +123,10 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
         with open(path, encoding='utf-8') as file:
             content = json.load(file)
         lists = [content[name] for name in ('students', 'exercises')]
-        submissions = [(str(student), str(exercise), str(attempt))
-                       for student, exercise, attempt in content['submissions']]
+        submissions = [(str(student), str(exercise), str(attempt), str(handed_in))
+                       for student, exercise, attempt, handed_in in content['submissions']]
         left_out = [LeftOut(str(student), str(name), str(reason)) for student, name, reason in content['left_out']]
-        names = [*map(str, lists[0] + lists[1]), *(name for submission in submissions for name in submission)]
+        names = [*map(str, lists[0] + lists[1]), *(name for submission in submissions for name in submission[:3])]
         if any(os.sep in name or name in ('.', '..') for name in names):
             raise ValueError('a name leads to another folder')
         return (str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions,

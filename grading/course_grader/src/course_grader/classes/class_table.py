@@ -83,6 +83,6 @@ def grades(graded: Class) -> List[Grades]:
 
 def _told(graded: Graded) -> str:
     """Return the verdict of a grading with its main reason."""
-    reason = graded.verdict.main_reason()
+    reason = graded.verdict.public(graded.over).main_reason()
     score = f'{graded.score:g} of 100' if graded.outcome in scoring.DECIDED else graded.outcome
     return f'{score}: {reason}' if reason else score

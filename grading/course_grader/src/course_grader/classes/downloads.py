@@ -11,6 +11,8 @@ The files of each student are copied into a folder of that student, where submis
 A ZIP may be hostile: nothing is written outside of the folder, and sizes are limited.
 """
 import collections
+import contextlib
+import datetime
 import os
 import re
 import shutil
@@ -28,7 +30,7 @@ from course_grader.isolation.limits import MEGABYTE
 from plain_support import documents
 
 MOODLE = re.compile(r'(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+(_(?P<rest>.*))?', re.DOTALL)
-CANVAS = re.compile(r'(?P<name>[^_/]+)_(?:LATE_|late_)?(?P<id>\d+)_\d+_(?P<rest>[^/]+)', re.DOTALL)
+CANVAS = re.compile(r'(?P<name>[^_/]+)_(?P<late>LATE_|late_)?(?P<id>\d+)_\d+_(?P<rest>[^/]+)', re.DOTALL)
 AGAIN = re.compile(r'-\d+(?=\.\w+$)')  # Canvas numbers a file that replaces one of the same name
 SUBMISSION = re.compile(r'submission_(?P<id>\d+)')
 ZIP = '.zip'
@@ -44,12 +46,13 @@ class DownloadError(ValueError):
 
 
 class File(NamedTuple):
-    """A file of a download: its path with ``/``, its size [bytes], its mode, and what opens it."""
+    """A file of a download: its path with ``/``, its size [bytes], its mode, what opens it, its date [s since 1970]."""
 
     name: str
     size: int
     mode: int
     open: Callable[[], IO[bytes]]
+    date: float = 0.0
 
 
 def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]:
@@ -81,7 +84,7 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
             left_out.append(LeftOut(student, rest, reason))
     if len(files) > MAX_FILES:
         left_out.append(LeftOut('', '', f'{len(files) - MAX_FILES} more files: at most {MAX_FILES:,} are read'))
-    return _inner(target), left_out, origin
+    return target if places else _inner(target), left_out, origin
 
 
 def _inner(folder: str) -> str:
@@ -102,7 +105,7 @@ def _in_zip(path: str) -> List[File]:
 
     def opener(info: zipfile.ZipInfo) -> Callable[[], IO[bytes]]:
         return lambda: archive.open(info)
-    return [File(info.filename, info.file_size, info.external_attr >> 16, opener(info))
+    return [File(info.filename, info.file_size, info.external_attr >> 16, opener(info), _date(info))
             for info in archive.infolist() if not info.is_dir()]
 
 
@@ -116,8 +119,17 @@ def _in_folder(path: str) -> List[File]:
         for name in names:
             place = os.path.join(parent, name)
             about = os.lstat(place)
-            files.append(File(os.path.relpath(place, path), about.st_size, about.st_mode, opener(place)))
+            files.append(File(os.path.relpath(place, path), about.st_size, about.st_mode, opener(place),
+                              about.st_mtime))
     return files
+
+
+def _date(info: zipfile.ZipInfo) -> float:
+    """Return the date of a file in a ZIP [s since 1970], which has no time zone; 0 if it is impossible."""
+    try:
+        return datetime.datetime(*info.date_time).timestamp()
+    except (ValueError, OverflowError, OSError):
+        return 0.0
 
 
 def _places(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
@@ -126,44 +138,46 @@ def _places(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
     And the Origin.
     """
     for platform, layout in LAYOUTS.items():
-        found = layout(files)
+        found, times = layout(files)
         if found:
             places = _with_unique_students(found)
-            return places, Origin(platform, {places[name][0]: number for name, (_, number, _) in found.items()})
+            return places, Origin(platform, {places[name][0]: number for name, (_, number, _) in found.items()},
+                                  {'/'.join(places[name]): time for name, time in times.items()})
     return {}, Origin()
 
 
 Found = Dict[str, Tuple[str, str, str]]  # {name of a file: (student, id, path in the student's folder)}
+Times = Dict[str, str]  # {name of a file: when it was handed in}, as in Origin
 
 
-def _moodle(files: List[File]) -> Found:
+def _moodle(files: List[File]) -> Tuple[Found, Times]:
     found: Found = {}
     for file in files:
         first, slash, inside = file.name.partition('/')
         match = MOODLE.fullmatch(first)
         if match and (slash or match['rest']):
             found[file.name] = match['name'], match['id'], inside if slash else match['rest']
-    return found
+    return found, {}
 
 
-def _canvas(files: List[File]) -> Found:
+def _canvas(files: List[File]) -> Tuple[Found, Times]:
     matches = {file.name: CANVAS.fullmatch(file.name) for file in files}
     found: Found = {name: (match['name'], match['id'], match['rest']) for name, match in matches.items() if match}
     if len(found) < len(files):  # a single file with such a name may be anything
-        return {}
+        return {}, {}
     taken = set(found.values())
     for name, (student, number, rest) in list(found.items()):
         first = student, number, AGAIN.sub('', rest)
         if first not in taken:
             found[name] = first
             taken.add(first)
-    return found
+    return found, {name: platforms.LATE for name, match in matches.items() if match and match['late']}
 
 
-def _gradescope(files: List[File]) -> Found:
+def _gradescope(files: List[File]) -> Tuple[Found, Times]:
     about = next((file for file in files if _is_metadata(file.name)), None)
     if about is None:
-        return {}
+        return {}, {}
     try:
         with about.open() as opened:
             metadata = documents.parse_yaml(opened.read(documents.MAX_YAML))
@@ -171,15 +185,24 @@ def _gradescope(files: List[File]) -> Found:
         raise DownloadError(f'{about.name} cannot be read: {error}') from None
     root = about.name[:-len(METADATA)]
     found: Found = {}
+    times: Times = {}
     for file in files:
         first, _, inside = file.name[len(root):].partition('/')
         match = SUBMISSION.fullmatch(first)
         if file.name.startswith(root) and match and inside:
             found[file.name] = _submitters(metadata, first), match['id'], inside
-    return found
+            with contextlib.suppress(TypeError, KeyError, AttributeError, ValueError, OverflowError):
+                times[file.name] = local_time(metadata[first][':created_at'])
+    return found, times
 
 
-LAYOUTS: Dict[str, Callable[[List[File]], Found]] = {
+def local_time(when: datetime.datetime) -> str:
+    """Return a time, without a zone that of UTC, in the zone of this machine, as Origin has it."""
+    zone = when.tzinfo or datetime.timezone.utc
+    return when.replace(tzinfo=zone).astimezone().replace(tzinfo=None).isoformat(' ', 'minutes')
+
+
+LAYOUTS: Dict[str, Callable[[List[File]], Tuple[Found, Times]]] = {
     platforms.GRADESCOPE: _gradescope, platforms.MOODLE: _moodle, platforms.CANVAS: _canvas}
 
 
@@ -235,4 +258,5 @@ def _write(file: File, path: str) -> int:
                 raise ValueError('it is longer than it says')
             target.write(content)
     os.chmod(path, 0o755 if file.mode & 0o111 else 0o644)
+    os.utime(path, (file.date, file.date))
     return size

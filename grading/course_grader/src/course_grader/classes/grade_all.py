@@ -7,6 +7,7 @@ junit.xml, and STUDENT/EXERCISE/ with the files of each grading. Unchanged submi
 """
 import argparse
 import concurrent.futures
+import datetime
 import fnmatch
 import os
 import random
@@ -60,6 +61,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument('--seed', type=int, metavar='N', help='repeats the starts and the stimuli of an earlier grading')
     made.add_argument('--limit', type=float, metavar='SECONDS', help='longest wall-clock time of one grading '
                       f'(default: the time of the exercise + {EXTRA:g} s)')
+    made.add_argument('--file-dates', action='store_true', help='for deadlines, take the dates of the files where '
+                      'nothing else says when they were handed in; students can change these dates')
     made.add_argument('--again', action='store_true', help='grade also what is graded and has not changed')
     made.add_argument('--only', metavar='PATTERN', action='append', help='grade only the submissions of these: '
                       "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
@@ -147,13 +150,22 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
         found = Found({name: os.path.abspath(path)}, *(
             submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
             submissions.find(options.folder, [name], options.best, only=name)))
-    return found._replace(left_out=[*found.left_out, *unread], origin=origin)
+    return found._replace(left_out=[*found.left_out, *unread], origin=origin, submissions=[
+        one._replace(handed_in=_handed_in(one, options, origin)) for one in found.submissions])
+
+
+def _handed_in(one: Submission, options: argparse.Namespace, origin: Origin) -> str:
+    """Return when a program was handed in, '' if nothing says so."""
+    path = os.path.relpath(one.program, os.path.abspath(options.folder)).replace(os.sep, '/')
+    if path in origin.times or not options.file_dates:
+        return origin.times.get(path, '')
+    return downloads.local_time(datetime.datetime.fromtimestamp(os.path.getmtime(one.program), datetime.timezone.utc))
 
 
 def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:
     """Return the submissions to grade, by --only and --shard."""
     part, parts = options.shard or (1, 1)
-    chosen = list(found[part - 1::parts])
+    chosen = sorted(found, key=lambda one: one.exercise)[part - 1::parts]  # so that each part has some of all exercises
     for pattern in options.only or ():
         if not any(_matches(submission, pattern) for submission in found):
             raise ClassError(f'--only {pattern}: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such '

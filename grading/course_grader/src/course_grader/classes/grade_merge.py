@@ -6,7 +6,7 @@ gradings of one submission the newer one counts, with --best the better one.
 import argparse
 import os
 import shutil
-from typing import Dict, List, Sequence
+from typing import Dict, List, Sequence, Tuple
 
 from course_grader.classes import class_results, graded
 from course_grader.classes.class_results import ClassError
@@ -43,12 +43,13 @@ def _run(options: argparse.Namespace) -> int:
     students = sorted({name for _, _, names, *_ in parts for name in names})
     exercises = sorted({name for _, _, _, names, *_ in parts for name in names})
     class_results.check_weights(options.weights, exercises)
-    best: Dict[Submission, Graded] = {}
+    best: Dict[Tuple[str, str, str], Graded] = {}
     for folder, _, _, _, found, _, _ in parts:
-        for student, exercise, attempt in found:
-            one = _read(Submission(student, exercise, (), '', attempt=attempt), folder)
-            if one.submission not in best or _rank(best[one.submission], options) < _rank(one, options):
-                best[one.submission] = one
+        for student, exercise, attempt, handed_in in found:
+            one = _read(Submission(student, exercise, (), '', attempt=attempt, handed_in=handed_in), folder)
+            place = student, exercise, attempt
+            if place not in best or _rank(best[place], options) < _rank(one, options):
+                best[place] = one
     results = [_moved(one, options.output) for _, one in sorted(best.items(), key=lambda entry: entry[0])]
     missing = [f'{one.submission.student}/{one.submission.exercise}' for one in results if not one.at]
     notes = [harmless.printed(f'Not graded in any part: {", ".join(missing)}')] if missing else []

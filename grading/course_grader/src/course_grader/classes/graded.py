@@ -13,7 +13,7 @@ from course_grader.classes.submissions import Submission
 from course_grader.formats import harmless, platforms
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
-from course_grader.rules import scoring
+from course_grader.rules import judging, scoring
 from course_grader.rules.scoring import Reason, Verdict
 from kinematic_core.worlds import turtle_world
 from plain_support import files, write_whole
@@ -25,7 +25,8 @@ PAGES, CLASS = 'pages', 'class.json'  # folder of the students' pages; see class
 HANDED_IN = 'handed_in'  # folder of what downloads.py has unpacked
 SIMILAR, PAIRS = 'similar', 'similar.csv'  # folder of pages with two similar programs each, and their table
 MARKS = 'marks.csv'  # what a teacher gives by hand; see marks.py
-RESERVED = (*TABLES, *platforms.NAMES, CODES, ANONYMOUS, PAGES, CLASS, HANDED_IN, SIMILAR, PAIRS, MARKS)
+DEADLINES = 'deadlines.csv'  # see deadlines.py
+RESERVED = (*TABLES, *platforms.NAMES, CODES, ANONYMOUS, PAGES, CLASS, HANDED_IN, SIMILAR, PAIRS, MARKS, DEADLINES)
 LONGEST_NAME = 200  # [bytes] of a folder; Linux allows 255, with an ending
 NOT_GRADED = 'it is not graded yet'
 MAX_HASHED = 64 * MEGABYTE  # [bytes] of a file that are compared
@@ -37,7 +38,7 @@ class Graded(NamedTuple):
     """A submission and its verdict: the wall time [s], the folder with the files, the seed, and when it was graded [s].
 
     ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown; ``notes``:
-    remarks that change no score.
+    remarks that change no score; ``over``: whether its deadline is over; ``asks``: the task, ``title``: its heading.
     """
 
     submission: Submission
@@ -49,6 +50,9 @@ class Graded(NamedTuple):
     isolation: str = ''
     at: float = 0.0
     notes: Tuple[str, ...] = ()
+    over: bool = False
+    title: str = ''
+    asks: str = ''
 
     @property
     def outcome(self) -> str:
@@ -104,12 +108,13 @@ def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
         if result['outcome'] not in (scoring.PASSED, scoring.FAILED, scoring.UNDECIDED):
             raise ValueError(f'outcome {result["outcome"]!r}')
         reasons = [Reason(str(entry['check']), float(entry['points']), float(entry['of']), str(entry['asked']),
-                          str(entry['seen'])) for entry in result['reasons']]
+                          str(entry['seen']), str(entry.get('visible', judging.ALWAYS))) for entry in result['reasons']]
         verdict = Verdict(result['outcome'], float(result['score']), reasons, _texts(result['objections']),
                           tuple(_texts(result['hints'])))
         return Graded(submission, verdict, float(record['seconds']), folder, int(result['seed']),
                       tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']),
-                      tuple(_texts(result.get('notes', []))))
+                      tuple(_texts(result.get('notes', []))), title=str(result.get('title', '')),
+                      asks=str(result.get('asks', '')))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Unreadable(f'{folder} holds no grading: {error}') from None
 

@@ -3,14 +3,17 @@
 Without ROS.
 """
 import csv
+import datetime
 import difflib
 import os
-from typing import Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.classes.graded import MARKS, Graded
+from course_grader.formats import platforms
 from course_grader.rules import scoring
 
-REQUIRED, COLUMNS = ('student', 'exercise'), ('student', 'exercise', 'score', 'verdict', 'comment')
+REQUIRED = 'student', 'exercise'
+COLUMNS = (*REQUIRED, 'score', 'verdict', 'comment', 'handed_in')
 PASSES = 80.0  # score that passes, unless the mark says the verdict
 Place = Tuple[str, str]  # student, exercise
 
@@ -20,46 +23,79 @@ class MarksError(ValueError):
 
 
 class Mark(NamedTuple):
-    """What is given by hand; None or '': it stays as graded."""
+    """What is given by hand; None or '': it stays as graded. ``handed_in``: date and time, or LATE."""
 
     score: Optional[float] = None
     verdict: str = ''
     comment: str = ''
+    handed_in: str = ''
 
 
 def read(folder: str) -> Dict[Place, Mark]:
     """Return {(student, exercise): Mark}, {} without a file; raise MarksError or OSError."""
-    path = os.path.join(folder, MARKS)
+    return {(row['student'], row['exercise']): _mark(row, where)
+            for row, where in rows(os.path.join(folder, MARKS), REQUIRED, COLUMNS)}
+
+
+def rows(path: str, required: Sequence[str], columns: Sequence[str]) -> Iterator[Tuple[Dict[str, str], str]]:
+    """Yield ({column: text}, where it stands) for each row of a table of the teacher, if that exists.
+
+    Raise MarksError or OSError.
+    """
     if not os.path.isfile(path):
-        return {}
+        return
     try:
         with open(path, encoding='utf-8-sig', newline='') as file:
             reader = csv.DictReader(file, skipinitialspace=True)
-            wrong = [name for name in reader.fieldnames or () if name not in COLUMNS]
-            missing = [name for name in REQUIRED if name not in (reader.fieldnames or ())]
+            wrong = [name for name in reader.fieldnames or () if name not in columns]
+            missing = [name for name in required if name not in (reader.fieldnames or ())]
             if wrong or missing:
                 raise MarksError(f'{path}: the first line names the columns, separated by commas, of '
-                                 f'{", ".join(COLUMNS)}; ' + (f'it has {wrong[0]!r}' if wrong else
+                                 f'{", ".join(columns)}; ' + (f'it has {wrong[0]!r}' if wrong else
                                                               f'it lacks {missing[0]}'))
-            return {(row['student'], row['exercise']): _mark(row, f'{path}, line {reader.line_num}') for row in reader}
+            for row in reader:
+                where = f'{path}, line {reader.line_num}'
+                if None in row or None in row.values():
+                    raise MarksError(f'{where}: it has another number of columns than the first line; a text with a '
+                                     'comma stands in quotation marks')
+                yield {name: text.strip() for name, text in row.items()}, where
     except (csv.Error, UnicodeDecodeError) as error:
         raise MarksError(f'{path} is not CSV in UTF-8: {error}') from None
 
 
-def _mark(row: Dict[str, str], where: str) -> Mark:
-    if None in row or None in row.values():
-        raise MarksError(f'{where}: it has another number of columns than the first line; a comment with a comma '
-                         'stands in quotation marks')
-    text, verdict = (row.get('score') or '').strip(), (row.get('verdict') or '').strip()
+def moment(text: str) -> float:
+    """Return date and time in ISO 8601 [s since 1970], by default in the zone of this machine; raise ValueError."""
+    if ':' not in text:
+        raise ValueError(f'{text!r} has no time')
     try:
-        score = float(text) if text else None
+        return datetime.datetime.fromisoformat(text).timestamp()
+    except (OverflowError, OSError):
+        raise ValueError(f'{text!r} is out of range') from None
+
+
+def number(text: str) -> Optional[float]:
+    """Return a number from 0 to 100, or None."""
+    try:
+        value = float(text)
     except ValueError:
-        score = -1.0
-    if score is not None and not 0.0 <= score <= 100.0:
+        return None
+    return value if 0.0 <= value <= 100.0 else None
+
+
+def _mark(row: Dict[str, str], where: str) -> Mark:
+    text, verdict, handed_in = (row.get(name, '') for name in ('score', 'verdict', 'handed_in'))
+    score = number(text) if text else None
+    if text and score is None:
         raise MarksError(f'{where}: the score is {text!r}; it must be a number from 0 to 100, with a point')
     if verdict not in ('', *scoring.DECIDED):
         raise MarksError(f'{where}: the verdict is {verdict!r}; it must be {" or ".join(scoring.DECIDED)}, or empty')
-    return Mark(score, verdict, (row.get('comment') or '').strip())
+    try:
+        if handed_in not in ('', platforms.LATE):
+            moment(handed_in)
+    except ValueError:
+        raise MarksError(f'{where}: handed_in is {handed_in!r}; write date and time, such as 2026-11-20 18:05, or '
+                         f'{platforms.LATE}') from None
+    return Mark(score, verdict, row.get('comment', ''), handed_in)
 
 
 def apply(results: Sequence[Graded], marks: Dict[Place, Mark]) -> Tuple[List[Graded], List[str]]:
@@ -77,6 +113,8 @@ def _meant(place: Place, known: Collection[Place]) -> str:
 
 
 def _applied(one: Graded, mark: Mark) -> Graded:
+    if mark == Mark(handed_in=mark.handed_in):  # see deadlines.py
+        return one
     verdict = one.verdict
     score = verdict.score if mark.score is None else mark.score
     outcome = mark.verdict or verdict.outcome

@@ -49,6 +49,7 @@ class Submission(NamedTuple):
     packages: str = ''  # folder with the student's packages
     program: str = ''  # the file that has the exercise's name
     attempt: str = ''  # which of several attempts it is
+    handed_in: str = ''  # when, in ISO 8601, or LATE of platforms.py; '' if unknown
 
 
 class LeftOut(NamedTuple):

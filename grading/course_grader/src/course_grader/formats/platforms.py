@@ -12,13 +12,18 @@ MOODLE_COLUMNS = 'Identifier', 'Full name', 'Grade', 'Last modified (grade)', 'F
 PARTICIPANT = 'Participant '  # before the number
 CANVAS_COLUMNS = 'Student', 'ID', 'SIS User ID', 'SIS Login ID', 'Section'  # of each student; then the assignments
 POSSIBLE = 'Points Possible'
+LATE = 'late'  # handed in after the deadline, nobody says when
 
 
 class Origin(NamedTuple):
-    """Where a class was downloaded: one of the platforms or '', and {student: the number that it knows them by}."""
+    """Where a class was downloaded: one of the platforms or '', and {student: the number that it knows them by}.
+
+    ``times``: {path of a file, with the student: when it was handed in, in ISO 8601, or LATE}, as far as it says so.
+    """
 
     platform: str = ''
     ids: Mapping[str, str] = {}
+    times: Mapping[str, str] = {}
 
 
 class Grades(NamedTuple):

@@ -20,11 +20,15 @@ def text(exercise: Exercise, decided: Verdict) -> str:
         lines += textwrap.wrap(f'! {objection}', WIDTH, initial_indent='  ', subsequent_indent='    ')
     for hint in decided.hints:
         lines += textwrap.wrap(f'Hint: {hint}', WIDTH, initial_indent='  ', subsequent_indent='    ')
-    for reason in decided.reasons:
+    shown = decided.public().reasons
+    for reason in shown:
         lines += textwrap.wrap(f'{reason.points:g} of {reason.of:g}  asked: {reason.asked}', WIDTH,
                                initial_indent='  ', subsequent_indent='            ')
         lines += textwrap.wrap(f'seen: {reason.seen}', WIDTH, initial_indent='            ',
                                subsequent_indent='            ')
+    hidden = sum(reason.of for reason in decided.reasons if reason not in shown)
+    if hidden:
+        lines.append(f'  {hidden:g} points are for checks that are not shown yet')
     return '\n'.join(lines)
 
 
@@ -35,13 +39,14 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
     ``notes``: remarks that change no score.
     """
     os.makedirs(folder, exist_ok=True)
-    result = {'exercise': exercise.name, 'title': exercise.title, 'command': list(command), 'seed': seed,
-              'outcome': decided.outcome, 'score': decided.score, 'objections': decided.objections,
+    result = {'exercise': exercise.name, 'title': exercise.title, 'asks': exercise.asks,
+              'command': list(command), 'seed': seed, 'outcome': decided.outcome, 'score': decided.score,
+              'objections': decided.objections,
               'hints': list(decided.hints), 'notes': list(notes),
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code, 'isolation': isolation}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
-    suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds,
+    suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided.public(), observed.seconds,
                         isolation)
     write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
     output = ''.join(f'{line.t - observed.start:8.2f}  {harmless.plain(line.text)}\n' for line in observed.lines)

@@ -13,7 +13,7 @@ import os
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 from course_grader.formats import csv_table, exit_codes, harmless, junit, report
-from course_grader.rules import scoring
+from course_grader.rules import judging, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.scoring import Verdict
 from plain_support import write_whole
@@ -23,6 +23,7 @@ HIGHEST = 100  # score
 PICTURE = 'path.png'  # in the folder of a grading
 CLASSROOM50_SCHEMA = 'classroom50/result/v1'
 CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # set by its runner
+VISIBILITY = {judging.ALWAYS: 'visible', judging.LATER: 'after_due_date', judging.NEVER: 'hidden'}  # of Gradescope
 VPL_NAMES = ('VPL_GRADEMIN', 'VPL_GRADEMAX')
 
 
@@ -113,7 +114,7 @@ def classroom50(grading: Grading, place: Place) -> Written:
     decided = grading.decided
     environment = place.environment
     tests = [{'test-name': row.name, 'passed': row.passed, 'score': int(row.points), 'max-score': int(row.of)}
-             for row in _rows(grading)]
+             for row in _rows(grading) if row.visibility == VISIBILITY[judging.ALWAYS]]
     content = {
         'schema': CLASSROOM50_SCHEMA, 'classroom': environment['CLASSROOM'], 'assignment': environment['ASSIGNMENT'],
         'assignment_type': environment.get('ASSIGNMENT_TYPE') or 'individual',
@@ -152,7 +153,7 @@ def gradescope(grading: Grading, place: Place) -> Written:
     content['tests'] = [
         {'name': row.name, 'number': str(number), 'score': row.points, 'max_score': row.of,
          'status': 'passed' if row.passed else 'failed', 'output': row.seen, 'output_format': 'text',
-         'visibility': 'visible'} for number, row in enumerate(_rows(grading), 1)]
+         'visibility': row.visibility} for number, row in enumerate(_rows(grading), 1)]
     return Written(_text(grading), {path: _json(content)}, _code(grading))
 
 
@@ -178,13 +179,14 @@ def autolab(grading: Grading, place: Place) -> Written:
 def as_junit(grading: Grading, place: Place) -> Written:
     """JUnit XML, and nothing else, on standard output."""
     name = ' '.join(grading.command) or grading.exercise.name
-    suite = junit.Suite(name, grading.exercise.name, grading.decided, grading.seconds, grading.isolation)
+    suite = junit.Suite(name, grading.exercise.name, grading.decided.public(), grading.seconds,
+                        grading.isolation)
     return Written(junit.document([suite]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
 def as_csv(grading: Grading, place: Place) -> Written:
     """A heading and a row, and nothing else, on standard output."""
-    row = csv_table.Row(' '.join(grading.command), grading.exercise.name, grading.decided, grading.isolation)
+    row = csv_table.Row(' '.join(grading.command), grading.exercise.name, grading.decided.public(), grading.isolation)
     table = csv_table.gradings('program', [row])
     return Written(table.rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
@@ -203,6 +205,7 @@ class _Row(NamedTuple):
     passed: bool
     points: float
     of: float
+    visibility: str = 'visible'  # in Gradescope
 
 
 def _rows(grading: Grading) -> List[_Row]:
@@ -211,7 +214,8 @@ def _rows(grading: Grading) -> List[_Row]:
     counted = decided.score > 0.0  # a shortcut costs the points of all checks
     rows = [_Row(harmless.plain(f'{reason.check}: {reason.asked}'), harmless.plain(f'seen: {reason.seen}'),
                  decided.outcome == scoring.PASSED or (counted and reason.points >= reason.of),
-                 reason.points if counted else 0.0, reason.of) for reason in decided.reasons]
+                 reason.points if counted else 0.0, reason.of, VISIBILITY[reason.visible])
+            for reason in decided.reasons]
     return rows or [_Row(harmless.plain(grading.exercise.title), harmless.plain('\n'.join(decided.objections)), False,
                          0.0, float(HIGHEST))]
 

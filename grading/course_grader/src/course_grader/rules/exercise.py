@@ -13,7 +13,8 @@ import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from course_grader.rules import variants
-from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
+from course_grader.rules.fits import LINE
+from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core.worlds import world_format
@@ -22,6 +23,7 @@ from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
 MAX_TIME = 120.0  # [s] of simulated time
+MAX_STARTS = 5
 ALLOWED = ('teleport', 'reset', 'kill')
 START: Parameters = {
     'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
@@ -74,6 +76,8 @@ KEYS: Parameters = {
     'pass': Parameter('number', 80.0, 'the score that passes, 0 to 100'),
     'vary': Parameter('mapping', {}, 'values that differ from student to student, drawn by their names; `$NAME` stands '
                       'for one in all texts'),
+    'starts': Parameter('integer', 1, f'how often a program is graded, each time with other drawn values, 1 to '
+                        f'{MAX_STARTS}; all have to pass'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
     'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo'),
     'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
@@ -84,7 +88,8 @@ KEYS: Parameters = {
     'symptoms': Parameter('list', [], 'advice for mistakes, to a program that lost points')}
 OF_A_CHECK: Parameters = {
     'points': Parameter('number', ..., 'how many of the 100 points it gives'),
-    'must': Parameter('boolean', False, 'whether the exercise fails below half of its points')}
+    'must': Parameter('boolean', False, 'whether the exercise fails below half of its points'),
+    'visible': Parameter(VISIBLE, ALWAYS, 'when students see it in their results')}
 
 OF_A_SYMPTOM: Parameters = {
     'hint': Parameter('text', ..., 'the advice, one sentence'),
@@ -96,6 +101,7 @@ OF_A_SYMPTOM: Parameters = {
     'publishes': Parameter('pattern', None, 'found in the name of a topic that it publishes'),
     'subscribes': Parameter('pattern', None, 'found in the name of a topic that it subscribes to'),
     'serves': Parameter('pattern', None, 'found in the name of a service that it offers'),
+    'pen': Parameter('colour', None, 'a colour to which it sets the pen, `[red, green, blue]`'),
     'linear': Parameter('span speed', ANY, 'the median of linear.x of its commands'),
     'sideways': Parameter('span speed', ANY, 'the same of linear.y'),
     'angular': Parameter('span turn speed', ANY, 'the same of angular.z'),
@@ -112,12 +118,14 @@ class ExerciseError(ValueError):
 
 
 class ScoredRule(NamedTuple):
-    """A rule of an exercise, one of its ``checks``: name, parameters, points, and whether it must hold."""
+    """A rule of an exercise, one of its ``checks``: name, parameters, points, whether it must hold, when it is visible.
+    """
 
     name: str
     parameters: Dict[str, Any]
     points: float
     must: bool
+    visible: str = ALWAYS
 
 
 Stimulus = Tuple[str, Dict[str, Any]]  # what, {parameter: value}
@@ -140,6 +148,7 @@ class Exercise(NamedTuple):
     world: Dict[str, Any] = {}  # what stands around the robot, as in a world file
     shift: Dict[str, Span] = {}  # {axis: (low, high)} by which it is shifted
     varies: bool = False  # whether it has values that differ from student to student
+    starts: int = 1  # how often a program is graded, each time with other drawn values
 
 
 def load(path: documents.Path, student: str = '') -> Exercise:
@@ -177,6 +186,8 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                 for number, entry in enumerate(values.get('symptoms', ()), 1)]
     if not 0.0 < values.get('time', MAX_TIME) <= MAX_TIME:
         problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {MAX_TIME:g} s')
+    if values.get('starts', 1) > MAX_STARTS:
+        problems.append(f'starts is {values["starts"]}; it must be 1 to {MAX_STARTS}')
     if not 0.0 < values.get('pass', 100.0) <= 100.0:
         problems.append(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     problems += [f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{_meant(kind, ALLOWED)}'
@@ -184,7 +195,8 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms, values['world'], shift, bool(values['vary']))
+                        [one for one in rules if one], symptoms, values['world'], shift, bool(values['vary']),
+                        values['starts'])
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -224,7 +236,9 @@ def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
     if common.get('points', 1.0) <= 0.0:
         problems.append(f'{where}: points is {common["points"]:g}; it must be above 0')
     parameters = _fields(entry, RULES[name].parameters, where, problems)
-    return ScoredRule(name, parameters, common['points'], common['must']) if len(problems) == before else None
+    if len(problems) > before:
+        return None
+    return ScoredRule(name, parameters, common['points'], common['must'], common['visible'])
 
 
 def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus]:
@@ -267,6 +281,10 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
     if rule.name == 'stops' and values['x'] is None and values['y'] is None:
         yield 'lacks the key x or y: where to stop'
+    if rule.name == 'draws' and (values['shape'] == LINE) != (len(values['through']) > 1):
+        yield 'needs the key through with two or more points for the shape line, and no such key for others'
+    if rule.name == 'passes' and bool(values['through']) == (None not in (values['x'], values['y'])):
+        yield 'needs either x and y, or through'
     yield from _missing_stimulus(rule, made)
     if rule.name in ('prints_markers', 'prints_no_marker'):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
@@ -394,6 +412,12 @@ def _colour(value: Any) -> Tuple[int, ...]:
     return tuple(value)
 
 
+def _point(value: Any) -> Tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise QuantityError(f'{shown(value)} must be a point with x and y, such as [2 m, 3 m]')
+    return quantity(value[0], 'length'), quantity(value[1], 'length')
+
+
 def _value(value: Any) -> Any:
     if not isinstance(value, (str, bool, int, float)) or value != value:
         raise QuantityError(f'{shown(value)} must be a number, a text, true or false')
@@ -405,4 +429,5 @@ OTHERS: Dict[str, Callable[[Any], Any]] = {
     'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
     'colour': _colour,
     'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],
-    'coordinate': lambda value: quantity(value, 'length')}
+    'coordinate': lambda value: quantity(value, 'length'),
+    'points': lambda value: [_point(entry) for entry in _plain(value, 'list')]}

@@ -61,16 +61,22 @@ def resample(path: ArrayLike, samples: int = SAMPLES) -> Floats:
     return np.column_stack([np.interp(wanted, along, points[:, axis]) for axis in (0, 1)])
 
 
-def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
-    """Return the Fit of a path to one of the SHAPES; within ``tolerance`` [m] a point is on it."""
+def fit(path: ArrayLike, shape: str, tolerance: float, line: ArrayLike = ()) -> Fit:
+    """Return the Fit of a path to one of the SHAPES, or to a ``line`` through points (n, 2) [m], where that lies.
+
+    Within ``tolerance`` [m] a point is on it.
+    """
     even = resample(path, 2 * SAMPLES)
     best = NO_FIT
     for share in APPROACHES:
         rest = even[int(share * len(even)):]
-        outline, size = _outline(rest, shape, SMALLEST * tolerance) if len(rest) > 8 else (None, 0.0)
+        if len(rest) <= 8:
+            continue
+        outline, size = (_line(line) if shape == LINE else _outline(rest, shape, SMALLEST * tolerance))
         if outline is None:
             continue
-        candidate = _compare(rest, resample(outline), min(tolerance, SHAPES[shape].max_tolerance * size), size)
+        widest = math.inf if shape == LINE else SHAPES[shape].max_tolerance * size
+        candidate = _compare(rest, resample(outline), min(tolerance, widest), size)
         if candidate.quality > best.quality + 1e-9:
             best = candidate
         if best.quality >= 1.0:
@@ -102,6 +108,12 @@ def _outline(points: Floats, shape: str, smallest: float) -> Tuple[Optional[Floa
     return SHAPES[shape].outline(points)
 
 
+def _line(points: ArrayLike) -> Tuple[Floats, float]:
+    """Return a line through points, and its length."""
+    line = np.asarray(points, float).reshape(-1, 2)
+    return line, float(np.hypot(*np.diff(line, axis=0).T).sum())
+
+
 def _circle(points: Floats) -> Tuple[Floats, float]:
     """Least squares of x^2 + y^2 = 2 a x + 2 b y + c (Kasa 1976)."""
     matrix = np.column_stack([2.0 * points, np.ones(len(points))])
@@ -109,6 +121,18 @@ def _circle(points: Floats) -> Tuple[Floats, float]:
     radius = math.sqrt(max(c + a * a + b * b, 0.0))
     angles = np.linspace(0.0, 2.0 * math.pi, SAMPLES)
     return np.column_stack([a + radius * np.cos(angles), b + radius * np.sin(angles)]), 2.0 * radius
+
+
+def _eight(points: Floats) -> Tuple[Floats, float]:
+    """Two circles that touch, in the rectangle of least area around the points: twice as long as it is wide."""
+    (x, y), (width, height), degrees = cv2.minAreaRect(points.astype(np.float32))
+    radius = (width + height) / 6.0
+    heading = math.radians(degrees) + (0.0 if width > height else math.pi / 2.0)
+    angles = np.linspace(0.0, 2.0 * math.pi, SAMPLES // 2)
+    loop = np.column_stack([1.0 - np.cos(angles), np.sin(angles)])  # begins where the circles touch
+    along, across = (radius * np.vstack([loop, loop * (-1.0, 1.0)])).T
+    cos, sin = math.cos(heading), math.sin(heading)
+    return np.column_stack([x + along * cos - across * sin, y + along * sin + across * cos]), 2.0 * radius
 
 
 def _square(points: Floats) -> Tuple[Floats, float]:
@@ -151,4 +175,7 @@ class Shape(NamedTuple):
     sides: int
 
 
-SHAPES = {'circle': Shape(_circle, 0.025, 0), 'square': Shape(_square, 0.05, 4), 'triangle': Shape(_triangle, 0.05, 3)}
+SHAPES = {'circle': Shape(_circle, 0.025, 0), 'square': Shape(_square, 0.05, 4), 'triangle': Shape(_triangle, 0.05, 3),
+          'eight': Shape(_eight, 0.05, 0)}
+LINE = 'line'  # instead of a shape: a line through given points, which has no place and size of its own
+SIDES = {**{name: shape.sides for name, shape in SHAPES.items()}, LINE: 0}

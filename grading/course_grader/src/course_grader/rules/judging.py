@@ -4,7 +4,7 @@ A rule is a function (observed, parameters) -> Result. registry.py lists them al
 file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
 above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'); 'text'; 'name' of a
 topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0; 'colour', [r, g, b];
-'value', a number, a text, true or false; or a tuple of the values that are allowed.
+'value', a number, a text, true or false; 'points', a list of [x, y]; or a tuple of the values that are allowed.
 """
 import math
 import statistics
@@ -23,6 +23,7 @@ SHORTCUTS = {  # kind of event: (what an exercise file says to allow it, the tex
     'fake_pose': ('', 'the program published fake poses on {0}'), 'fake_clock': ('', 'the program published /clock'),
 }
 PAUSE = 2.0  # times the median period; a longer one is a pause and does not count in a rate
+VISIBLE = ALWAYS, LATER, NEVER = 'always', 'after the deadline', 'never'  # when students see a check
 MISSED = 0.49  # the highest share of a check that is not fulfilled; a required check then fails the exercise
 
 

@@ -120,10 +120,10 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
         yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
-    elif fits.SHAPES[wanted.shape].sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
+    elif fits.SIDES[wanted.shape] and exercise.simulator == 'turtlesim' and _at_wall(observed):
         yield 'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size'
     else:
-        sides = fits.SHAPES[wanted.shape].sides
+        sides = fits.SIDES[wanted.shape]
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
         yield from found or _sized(wanted, observed)
 
@@ -133,12 +133,13 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     shape, least = rules_driving.drawn_shape(observed, wanted), max(wanted.size[0], SHORT)
     length = fits.path_length(observed.drawn())
     if shape.covered >= rules_driving.CLOSED and not within(shape.size, wanted.size):
-        how = ('a diameter of {0:.1f} m, and not of {1}: it is 2 * linear.x / angular.z' if wanted.shape == 'circle'
-               else 'sides of {0:.1f} m, and not of {1}: they are as long as linear.x times its time')
+        is_round = wanted.shape in ('circle', 'eight')
+        how = ('a diameter of {0:.1f} m, and not of {1}: it is 2 * linear.x / angular.z' if is_round else
+               'sides of {0:.1f} m, and not of {1}: they are as long as linear.x times its time')
         yield f'the {wanted.shape} has ' + how.format(shape.size, written(wanted.size, 'm'))
     elif (observed.timed_out and observed.exit_code is None and observed.standstill() < rules_driving.MOVING
           and not _at_wall(observed)
-          and 0.0 < length < 2.0 * (fits.SHAPES[wanted.shape].sides or 3) * least):
+          and 0.0 < length < 2.0 * (fits.SIDES[wanted.shape] or 3) * least):
         yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
                'not complete: drive faster')
 

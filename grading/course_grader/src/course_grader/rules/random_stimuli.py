@@ -12,6 +12,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import Span
 
 Position = Tuple[float, float, float]
+MOVED = 'stops', 'passes', 'draws'  # checks whose points are shifted, too
 SHIFTED = 'panels', 'boxes', 'cylinders'  # lists of a world
 
 LEG = 2.0  # [s] for which a drawn velocity lasts
@@ -40,7 +41,7 @@ def shifted(exercise: Exercise, seed: int) -> Exercise:
     by = {axis: round(numbers.uniform(*exercise.shift[axis]), 2) for axis in 'xy'}  # so that a report reads well
     world = {kind: [_moved(thing, by) for thing in things] if kind in SHIFTED else things
              for kind, things in exercise.world.items()}
-    rules = [rule._replace(parameters=_moved(rule.parameters, by)) if rule.name in ('stops', 'passes') else rule
+    rules = [rule._replace(parameters=_moved(rule.parameters, by)) if rule.name in MOVED else rule
              for rule in exercise.rules]
     return exercise._replace(world=world, rules=rules)
 
@@ -50,6 +51,8 @@ def _moved(thing: Mapping[str, Any], by: Mapping[str, float]) -> Dict[str, Any]:
     moved = {**thing, **{axis: round(thing[axis] + by[axis], 6) for axis in 'xy' if thing.get(axis) is not None}}
     if 'path' in moved:
         moved['path'] = [[t, x + by['x'], y + by['y'], *rest] for t, x, y, *rest in moved['path']]
+    if 'through' in moved:
+        moved['through'] = [(round(x + by['x'], 6), round(y + by['y'], 6)) for x, y in moved['through']]
     return moved
 
 

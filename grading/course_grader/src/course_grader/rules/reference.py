@@ -11,7 +11,7 @@ WIDTH = 100  # characters of a line in the terminal
 HEADINGS = 'parameter', 'kind', 'default', 'meaning'
 WORDS = {'integer': 'whole number', 'pattern': 'regular expression', 'boolean': 'true or false',
          'spans': 'list of spans', 'coordinate': 'length of either sign', 'value': 'number, text, true, false',
-         'check': 'name of a check'}
+         'check': 'name of a check', 'points': 'list of points'}
 
 
 class Entry(NamedTuple):
@@ -96,7 +96,8 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if default == ANY:
         return 'any'
     if default is None:
-        words = {'coordinate': 'not checked', 'number': 'any', 'value': 'any', 'pattern': 'any', 'check': 'any'}
+        words = {'coordinate': 'not checked', 'number': 'any', 'value': 'any', 'pattern': 'any', 'check': 'any',
+                 'colour': 'any'}
         return words.get(str(kind), 'the middle')
     if isinstance(default, bool):
         return str(default).lower()
@@ -105,7 +106,7 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if isinstance(kind, str) and kind.startswith('span '):
         low, high = default
         return f'{low:g} to {high:g} {_unit(kind[len("span "):])}' if low != high else f'{low:g}'
-    if isinstance(default, (list, dict)):
+    if isinstance(default, (list, dict, tuple)):
         return 'none'
     if isinstance(default, float) and kind != 'number':
         unit = _unit(str(kind).replace(' or 0', ''))

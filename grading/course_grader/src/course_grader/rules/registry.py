@@ -8,9 +8,10 @@ from course_grader.rules.observation import QUANTITIES, Observed
 
 RULES: Dict[str, Rule] = {
     'draws': Rule(rules_driving.draws, {
-        'shape': Parameter(tuple(fits.SHAPES), ..., 'the shape'),
+        'shape': Parameter((*fits.SHAPES, fits.LINE), ..., 'the shape; an eight is two circles that touch'),
         'tolerance': Parameter('length', 0.1, 'how far from the outline the path may be'),
-        'size': Parameter('span length', ANY, 'the side; of a circle the diameter')}),
+        'size': Parameter('span length', ANY, 'the side; of a circle, and of those of an eight, the diameter'),
+        'through': Parameter('points', (), 'of a line, which is asked for at this place: `[[2 m, 3 m], [5 m, 3 m]]`')}),
     'commands': Rule(rules_driving.commands, {
         'rate': Parameter('span rate', ANY, 'commands per second'),
         'linear': Parameter('span speed', ANY, 'linear.x'),
@@ -27,8 +28,10 @@ RULES: Dict[str, Rule] = {
         'rest': Parameter('time or 0', 1.0, 'how long it has to stand still'),
         'size': Parameter('length', 1.0, 'no points beyond this distance; less than half outside of the tolerance')}),
     'passes': Rule(rules_driving.passes, {
-        'x': Parameter('coordinate', ..., 'the point'),
-        'y': Parameter('coordinate', ..., 'the point'),
+        'x': Parameter('coordinate', None, 'the point'),
+        'y': Parameter('coordinate', None, 'the point'),
+        'through': Parameter('points', (), 'instead of x and y, several points in this order: `[[2 m, 3 m], '
+                             '[5 m, 3 m]]`'),
         'tolerance': Parameter('length', 0.1, 'how far from it the path may be')}),
     'repeats': Rule(rules_driving.repeats, {
         'tolerance': Parameter('length', 0.1, 'how far the second path may be from the first')}),

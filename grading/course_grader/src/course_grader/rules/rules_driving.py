@@ -29,20 +29,30 @@ class ScoredRule(Protocol):
 
 
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """The path, or its end, is a closed shape, wherever it lies."""
-    asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
+    """The path, or its end, is a closed shape, wherever it lies, or a line through points."""
+    shape = f'line through {_listed(wanted.through)}' if wanted.shape == fits.LINE else wanted.shape
+    asked = f'{_article(shape)} {shape}, within {wanted.tolerance:g} m'
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
     found = drawn_shape(observed, wanted)
     if not found.quality:
         return Result(0.0, asked, _path_text(observed, f'that matches no {wanted.shape}') + _unfinished(observed))
-    seen = (f'{found.on_outline:.0%} of the path lies on a {wanted.shape} of size {found.size:.2f} m, of which '
+    seen = (f'{found.on_outline:.0%} of the path lies on {_article(wanted.shape)} {wanted.shape} of size '
+            f'{found.size:.2f} m, of which '
             f'{found.covered:.0%} was drawn{_unfinished(observed) if found.covered < CLOSED else ""}')
     return Result(found.on_outline * _closed(found) * (1.0 if within(found.size, wanted.size) else MISSED), asked, seen)
 
 
 def drawn_shape(observed: Observed, wanted: SimpleNamespace) -> fits.Fit:
     """Return the Fit of the path to the shape that is ``wanted``, by the parameters of ``draws``."""
-    return fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
+    return fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance, wanted.through)
+
+
+def _article(noun: str) -> str:
+    return 'an' if noun.startswith('eight') else 'a'
+
+
+def _listed(points: Sequence[Tuple[float, float]]) -> str:
+    return ', '.join(f'({x:g}, {y:g})' for x, y in points)
 
 
 def traces(observed: Observed, wanted: SimpleNamespace) -> Sequence[Floats]:
@@ -113,12 +123,27 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It drives past a point."""
-    asked = f'the path leads past x = {wanted.x:g}, y = {wanted.y:g}, within {wanted.tolerance:g} m'
-    apart = min((math.hypot(x - wanted.x, y - wanted.y) for x, y in observed.drawn()), default=math.inf)
-    length = fits.path_length(observed.drawn())
-    seen = _path_text(observed, f'that comes as near as {apart:.2f} m') if length else 'it did not move'
-    return Result(float(apart <= wanted.tolerance), asked, seen)
+    """It drives past a point, or past several in this order."""
+    points = wanted.through or [(wanted.x, wanted.y)]
+    places = _listed(points) + ' in this order' if wanted.through else f'x = {wanted.x:g}, y = {wanted.y:g}'
+    asked = f'the path leads past {places}, within {wanted.tolerance:g} m'
+    path = observed.drawn()
+    if not fits.path_length(path):
+        return Result(0.0, asked, 'it did not move')
+    passed = rest = 0
+    for x, y in points:
+        near = next((number for number in range(rest, len(path))
+                     if math.dist(path[number], (x, y)) <= wanted.tolerance), None)
+        if near is None:
+            break
+        passed, rest = passed + 1, near
+    x, y = points[min(passed, len(points) - 1)]
+    apart = min(math.dist(position, (x, y)) for position in path[rest:])
+    seen = _path_text(observed, f'that comes as near as {apart:.2f} m')
+    if wanted.through:
+        seen = f'it passes {passed} of {len(points)} in this order' + (
+            '' if passed == len(points) else f', and comes as near as {apart:.2f} m to ({x:g}, {y:g}) after that')
+    return Result(counted(passed, len(points)), asked, seen)
 
 
 def repeats(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -8,6 +8,7 @@ from course_grader.rules.observation import Observed
 PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
 DECIDED = PASSED, FAILED
 HALF = 0.5  # share below which a rule that must hold fails the exercise
+HIDDEN_FAILED = 'a required check failed that is not shown yet'
 FULL = 0.97  # share from which a rule counts as fulfilled, because no drawing is exact
 
 
@@ -19,6 +20,7 @@ class Reason(NamedTuple):
     of: float
     asked: str
     seen: str
+    visible: str = judging.ALWAYS  # one of VISIBLE
 
 
 class Verdict(NamedTuple):
@@ -38,7 +40,14 @@ class Verdict(NamedTuple):
         if self.objections or self.outcome == PASSED or not self.reasons:
             return (*self.objections, '')[0]
         worst = max(self.reasons, key=lambda reason: reason.of - reason.points)
+        if worst.points >= worst.of:  # what was lost is hidden
+            return ''
         return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
+
+    def public(self, over: bool = False) -> 'Verdict':
+        """Return what the student may see; ``over``: whether the deadline is over."""
+        shown = (judging.ALWAYS, judging.LATER) if over else (judging.ALWAYS,)
+        return self._replace(reasons=[reason for reason in self.reasons if reason.visible in shown])
 
 
 def decide(exercise: Exercise, observed: Observed) -> Verdict:
@@ -47,9 +56,11 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
     for scored in exercise.rules:
         result = registry.judge(scored.name, observed, scored.parameters)
         share = 1.0 if result.share >= FULL else max(0.0, result.share)
-        reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen))
+        reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen,
+                              scored.visible))
         if scored.must and share < HALF:
-            missing.append(f'required check failed: {result.asked}')
+            hidden = scored.visible != judging.ALWAYS
+            missing.append(HIDDEN_FAILED if hidden else f'required check failed: {result.asked}')
     objections = judging.shortcuts(observed, exercise.allows)
     if observed.trouble:
         objections.insert(0, observed.trouble)

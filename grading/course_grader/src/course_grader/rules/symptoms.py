@@ -62,6 +62,7 @@ PREDICATES: Dict[str, Predicate] = {
     'prints': lambda seen, wanted: bool(re.search(wanted, seen.said)),
     'source': lambda seen, wanted: bool(re.search(wanted, seen.observed.source)),
     'publishes': _names('publishes'), 'subscribes': _names('subscribes'), 'serves': _names('serves'),
+    'pen': lambda seen, wanted: any(event.values[:3] == tuple(wanted) for event in seen.observed.of_kind('pen')),
     'linear': _median(lambda command: command.linear_x), 'sideways': _median(lambda command: command.linear_y),
     'angular': _median(lambda command: command.angular_z),
     'end x': lambda seen, wanted: bool(seen.observed.track) and within(seen.observed.track[-1].x, wanted),
@@ -81,7 +82,7 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
 
 
 def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
-    lost = {reason.check: reason for reason in decided.reasons if reason.points < reason.of}
+    lost = {reason.check: reason for reason in decided.public().reasons if reason.points < reason.of}
     texts = [line.text for line in observed.lines]
     said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:SEARCHED_LINES],
                       *texts[-SEARCHED_LINES:]])

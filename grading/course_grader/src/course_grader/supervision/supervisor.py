@@ -14,13 +14,14 @@ import threading
 import time
 import uuid
 from types import ModuleType
-from typing import Callable, Container, Iterable, Iterator, NamedTuple, Optional, Set, Union
+from typing import Callable, Container, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
 
 import psutil
 
 from course_grader.formats import report
 from course_grader.isolation import sandbox
 from course_grader.rules import random_stimuli, scoring
+from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.supervision.job import RECORD, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
@@ -38,6 +39,7 @@ LOG = 'grader.txt'  # the output of the attempt itself
 POLL = 0.1  # [s]
 STOP_POLL = 1.0  # [s] between two checks whether a process was stopped
 MAX_REPEATED = 45.0  # [s] of wall time; a longer attempt is not repeated for a slow machine
+BETWEEN_SEEDS = 10_000  # of two starts in a grading; the seeds of gradings are below
 INTERRUPTED = 'the grading was interrupted'
 
 
@@ -192,11 +194,30 @@ class Supervisor:
         """
         os.makedirs(job.output, exist_ok=True)
         remove_results(job.output)
-        job = job._replace(exercise=random_stimuli.shifted(job.exercise, job.seed))
-        got = self._grade(job, limit, say)
-        report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed,
+        exercise, got = self._starts(job, limit, say)
+        report.write(job.output, exercise, got.observed, got.verdict, job.command, job.seed,
                      job.isolation.level, got.remarks)
         return got
+
+    def _starts(self, job: Job, limit: Optional[float], say: Callable[[str], object]) -> Tuple[Exercise, Attempted]:
+        """Grade from each start of the exercise, until one does not pass; return the worst, with its exercise.
+
+        ``limit`` [s] of wall time is for all together.
+        """
+        done: List[Tuple[Exercise, Attempted]] = []
+        end = math.inf if limit is None else time.monotonic() + limit
+        for number in range(job.exercise.starts):
+            seed = job.seed + number * BETWEEN_SEEDS
+            exercise = random_stimuli.shifted(job.exercise, seed)
+            got = self._grade(job._replace(exercise=exercise, seed=seed),
+                              None if limit is None else end - time.monotonic(), say)
+            if job.exercise.starts > 1:
+                got = got._replace(remarks=(*got.remarks, f'start {number + 1} of {job.exercise.starts} counts, the '
+                                            'first that does not pass, or the one with the lowest score'))
+            done.append((exercise, got))
+            if got.verdict.outcome != scoring.PASSED:
+                return done[-1]
+        return min(done, key=lambda one: one[1].verdict.score)
 
     def stop(self) -> None:
         """End all gradings; later calls return at once."""

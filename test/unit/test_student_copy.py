@@ -1,0 +1,109 @@
+"""./run link --without-solutions: what students get has no solution in it, and what it promises works."""
+import ast
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
+WINDOW = 6  # statements in a row that only a solution has
+BUILD_TIMEOUT = 300.0  # [s]; it takes 40
+
+
+def link(*arguments):
+    result = subprocess.run([REPOSITORY / 'run', 'link', *arguments], capture_output=True, text=True, check=False)
+    return result.returncode, result.stderr
+
+
+@pytest.fixture(scope='module')
+def src(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('student') / 'catkin_ws' / 'src'
+    folder.mkdir(parents=True)
+    code, said = link('--without-solutions', folder.parent)
+    assert code == 0, said
+    assert 'all commands but demo, test, bench and stress work' in said and said.endswith('&& catkin_make\n')
+    return folder
+
+
+@pytest.fixture(scope='module')
+def copy(src):
+    return src / 'turtle_robotont'
+
+
+def lines_of(text):
+    return [line.strip() for line in text.splitlines() if line.strip() and not re.match(r'\s*(#|import|from)\b', line)]
+
+
+def windows_of(lines):
+    return {tuple(lines[first:first + WINDOW]) for first in range(len(lines) - WINDOW + 1)}
+
+
+def test_no_solution_is_in_it(copy):
+    course = [path for path in (REPOSITORY / 'scripts').glob('*.py') if 'elsewhere' not in path.read_text()]
+    course += [path for path in (REPOSITORY / 'src' / 'turtle_robotont').glob('*/*.py') if path.stem != '__init__']
+    samples = [*SAMPLES.glob('*/right_*'), *SAMPLES.glob('*/scripts/*.py')]
+    assert len(course) > 15 and len(samples) > 30
+    solved = {window: path for path in course + samples for window in windows_of(lines_of(path.read_text()))}
+    lessons = set()  # ROS's own tutorials, which everybody can read, begin and end like them
+    for path in (REPOSITORY / 'lessons').rglob('*.py'):
+        lessons |= windows_of(lines_of(path.read_text()))
+    for path in copy.rglob('*'):
+        if path.suffix in ('.py', '.md', '.launch', '.bash', '') and path.is_file():
+            found = (windows_of(lines_of(path.read_text(errors='ignore'))) & set(solved)) - lessons
+            assert not found, f'{path} has lines of {solved[found.pop()]}'
+
+
+def test_nothing_leads_back_to_the_solutions(copy, src):
+    assert not (copy / '.git').exists() and not (copy / 'test' / 'data').exists()
+    for path in (*src.iterdir(), *copy.rglob('*')):
+        assert REPOSITORY not in path.resolve().parents and path.resolve() != REPOSITORY, path
+    assert {path.name for path in src.iterdir() if path.is_symlink()} >= {'turtlesim', 'course_grader'}
+
+
+def test_its_programs_and_pages_are_there(copy):
+    listed = re.findall(r'scripts/(\w+\.py)', (copy / 'CMakeLists.txt').read_text())
+    assert sorted(listed) == sorted(path.name for path in (copy / 'scripts').iterdir()) == ['browser.py', 'grade.py']
+    for page in [copy / 'README.md', *(copy / 'docs').glob('*.md')]:
+        for target in re.findall(r'\]\(([^)#\s]+)', page.read_text()):
+            assert '://' in target or (page.parent / target).exists(), f'{page.name}: {target}'
+    assert 'This step in the course' not in (copy / 'docs' / 'exercise_sheet.md').read_text()
+    exercises = 'grading/course_grader/exercises'
+    assert sorted(os.listdir(copy / exercises)) == sorted(os.listdir(REPOSITORY / exercises))
+    for path in copy.rglob('*.py'):
+        ast.parse(path.read_text(encoding='utf-8'))
+
+
+@pytest.mark.parametrize('command', ['demo', 'test', 'bench', 'stress'])
+def test_commands_that_it_lacks_say_so(copy, command):
+    done = subprocess.run([copy / 'run', command], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and f'it has no ./run {command}.' in done.stderr
+    assert './run grade EXERCISE -- PROGRAM' in done.stderr
+
+
+def test_what_is_there_already_stays(src, tmp_path):
+    code, said = link('--without-solutions', src)
+    assert code == 1 and 'turtle_robotont exists already' in said
+    (tmp_path / 'src').mkdir()
+    (tmp_path / 'src' / 'turtle_robotont').symlink_to(REPOSITORY)
+    code, said = link('--without-solutions', tmp_path)
+    assert code == 1 and 'is a link to the solutions' in said
+    assert (tmp_path / 'src' / 'turtle_robotont').is_symlink()
+
+
+@pytest.mark.release
+def test_the_package_is_built_with_catkin_make(src, tmp_path):
+    (tmp_path / 'src').mkdir()
+    for name in ('turtle_robotont', 'turtlesim', 'ar_track_alvar_msgs'):
+        shutil.copytree((src / name).resolve(), tmp_path / 'src' / name, symlinks=True, ignore=shutil.ignore_patterns(
+            *(['simulation', 'vision', 'lessons', 'browser', 'grading', 'navigation', 'support']
+              if name == 'turtle_robotont' else [])))
+    environment = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
+                   'ROS_LANG_DISABLE': 'geneus:genlisp:gennodejs:gencpp'}
+    done = subprocess.run(['catkin_make'], cwd=tmp_path, env=environment, capture_output=True, text=True,
+                          timeout=BUILD_TIMEOUT, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / 'devel' / 'lib' / 'turtle_robotont' / 'grade.py').exists()

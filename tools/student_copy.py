@@ -1,0 +1,87 @@
+"""Copies this repository without the solutions of its exercises: ./run link --without-solutions FOLDER.
+
+usage: student_copy.py TARGET
+
+What shows how an exercise is solved stays behind: the course's programs and pages, samples, tests, measurements, the
+demo. So does the history of Git. Links of the pages to what is missing become plain text.
+"""
+import pathlib
+import re
+import shutil
+import sys
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+COPIED = (  # files, and folders with all that is in them
+    'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
+    'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',
+    'support', 'simulation', 'vision', 'navigation', 'lessons', 'browser', 'grading',
+    'vision/bench/markers_cli.py',  # ./run markers
+    'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
+    'scripts/browser.py', 'scripts/grade.py', 'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
+    'docs/browser.md', 'docs/exercise_files.md', 'docs/exercise_sheet.md', 'docs/grading.md',
+    'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
+    'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
+LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', '__pycache__', '.*')  # folders in them
+MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
+README = '''\
+# turtle_robotont, without solutions
+
+A beginners' course for ROS 1 and Python that runs on a plain Debian. This copy has everything that you need to write
+and grade your programs, and no solutions.
+
+* The [exercise sheet](docs/exercise_sheet.md) has the tasks, and the command that grades each.
+* `./run shell` opens a terminal with ROS; the first `./run` command installs it. `./run view --turtlesim` shows the
+  turtle [in a browser](docs/browser.md).
+* `./run doctor` says what is wrong on your machine. [Messages that you may see](docs/troubleshooting.md),
+  [what you need](docs/installation.md), [how programs are graded](docs/grading.md).
+
+Licence: [BSD-3-Clause](LICENSE).
+'''
+LINK = re.compile(r'(?P<line>^)?(?P<picture>!?)\[(?P<text>[^]]*)\]\((?P<path>[^)#\s]+)(#[^)]*)?\)'
+                  r'(?(line)(?P<end>\n\n)?)', re.MULTILINE)  # with the end of a paragraph that is nothing else
+PROGRAM = re.compile(r'^ *scripts/(\w+\.py)\n', re.MULTILINE)  # of a list in CMakeLists.txt
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__.split('\n\n')[1])
+    target = pathlib.Path(sys.argv[1])
+    try:
+        copy(target)
+    except FileExistsError:
+        sys.exit(f'./run link: {target} exists already; remove it, or choose another workspace')
+
+
+def copy(target):
+    """Copy the repository; raise FileExistsError if the target exists, or OSError."""
+    target.mkdir(parents=True)
+    for name in COPIED:
+        source, copied = REPOSITORY / name, target / name
+        copied.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, copied, symlinks=True, ignore=LEFT_BEHIND)
+        else:
+            shutil.copy2(source, copied)
+    (target / 'README.md').write_text(README, encoding='utf-8')
+    (target / MARK).write_text('This is a copy of turtle_robotont without the solutions of its exercises, made by '
+                               './run link --without-solutions.\n', encoding='utf-8')
+    build = target / 'CMakeLists.txt'
+    build.write_text(PROGRAM.sub(lambda match: match[0] if (target / 'scripts' / match[1]).exists() else '',
+                                 build.read_text(encoding='utf-8')), encoding='utf-8')
+    for page in target.rglob('*.md'):
+        page.write_text(_without_dead_links(page.read_text(encoding='utf-8'), page.parent), encoding='utf-8')
+
+
+def _without_dead_links(text, folder):
+    """Return a page of a folder with the text alone of each link that leads nowhere, nothing of a paragraph of its own.
+    """
+    def link(match):
+        path = match['path']
+        if '://' in path or path.startswith('mailto:') or (folder / path).exists():
+            return match[0]
+        return '' if match['picture'] or match['end'] else match['text']
+    return LINK.sub(link, text)
+
+
+if __name__ == '__main__':
+    main()
