@@ -17,7 +17,7 @@ from figures import Figure, Target, median, p95
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.robot_world import RobotWorld
-from navigation_core.maps.grid_map import GridMap
+from navigation_core.maps.scores import true_map
 from navigation_core.planning import global_planner
 from navigation_core.planning.costmap import Costmap, Inflation
 from navigation_core.planning.footprint import Footprint
@@ -27,7 +27,7 @@ from navigation_core.poses import Pose, wrap
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 CONFIG = REPOSITORY / 'navigation' / 'robotont_navigation' / 'config'
-RESOLUTION, SIZE = 0.05, 160  # [m], cells
+RESOLUTION = 0.05  # [m] a cell of the map
 GOALS = 2.6  # [m] they are within +- this of the middle
 LONGEST = 120.0  # [s] for a goal
 CLOSE = 0.1  # [m, rad]
@@ -73,18 +73,6 @@ def configured():
             Inflation(layer['inflation_radius'], layer['cost_scaling_factor']))
 
 
-def true_map(plan):
-    """Return the GridMap of the walls that a laser scanner sees; they have no yaw."""
-    middles = (np.arange(SIZE) + 0.5 - SIZE / 2) * RESOLUTION
-    x, y = np.meshgrid(middles, middles)
-    cells = np.zeros((SIZE, SIZE), np.int8)
-    for box in plan.boxes:
-        if box.height > LIDAR_Z:
-            cells[(abs(x - box.x) <= (box.length + RESOLUTION) / 2.0)
-                  & (abs(y - box.y) <= (box.width + RESOLUTION) / 2.0)] = 100
-    return GridMap(cells, RESOLUTION, Pose(-SIZE * RESOLUTION / 2.0, -SIZE * RESOLUTION / 2.0, 0.0))
-
-
 class SimulatedRobot:
     """A robot in the minimaze and the World of its Navigator."""
 
@@ -95,7 +83,7 @@ class SimulatedRobot:
         self.settings, patience, footprint, inflation = configured()
         self.world = RobotWorld(plan, start, watchdog=math.inf)
         self._scanner = rays.LaserScanner(plan, LIDAR_Z, seed=seed)
-        grid, radius = true_map(mapped), footprint.inscribed
+        grid, radius = true_map(maze_drive.walls(), RESOLUTION), footprint.inscribed
         self.costmap = Costmap.of_map(grid, radius, radius, inflation)
         self.local = Costmap(80, 80, RESOLUTION, inscribed=radius, reach=radius, inflation=inflation,
                              track_unknown=False)
@@ -202,6 +190,6 @@ FIGURES = (
     Figure('heading there, largest error', 'goal_turn', 'rad', max, Target('below', CLOSE)),
     Figure('steps in which the robot touched a wall', 'collisions', '', max, Target('at_most', 0.0)),
     Figure('length of the drive over the shortest path, largest', 'detour', '', max, Target('at_most', DETOUR)),
-    Figure('CPU of a plan, 160 x 160 cells', 'plan', 'ms', p95, Target('at_most', 20.0)),
+    Figure('CPU of a plan, 8 m x 8 m', 'plan', 'ms', p95, Target('at_most', 20.0)),
     Figure('share of a core: control at 10 Hz, scans at 5 Hz', 'control', '%', median, Target('at_most', 20.0)),
 )

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinematic_core.worlds.floor_plan import corners
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import FARTHEST, FIRST_ANGLE, LAST_ANGLE, NEAREST, RAYS, LaserScanner
@@ -40,9 +39,9 @@ def plan():
     return load_world('minimaze', WORLDS)[0]
 
 
-def walls(height=LIDAR_Z):
-    """Return the walls that a scanner at ``height`` [m] sees, as polygons."""
-    return [corners(box) for box in plan().boxes if box.height > height]
+def walls():
+    """Return the walls that the laser scanner sees, as polygons."""
+    return plan().outlines(LIDAR_Z)
 
 
 def drive(noise, slip, seed, tour=TOUR):

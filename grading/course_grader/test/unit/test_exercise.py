@@ -64,7 +64,7 @@ def changed(*path, value=None):
     (changed('colour', value=1), "the exercise has an unknown key 'colour'; it may have title, asks, simulator"),
     (changed('time', value='10 parsec'), "the exercise: time: the unit 'parsec'"),
     (changed('time', value='10'), "the exercise: time: '10' is not a number with one of the units s, ms, min"),
-    (changed('time', value='1000 s'), "time is '1000 s'; it must be above 0 and at most 120 s"),
+    (changed('time', value='1000 s'), "time is '1000 s'; it must be above 0 and at most 240 s"),
     (changed('pass', value='high'), "the exercise: pass: 'high' must be a number"),
     (changed('pass', value=0), 'pass is 0; it must be above 0'),
     (changed('simulator', value='gazebo'), "the exercise: simulator: 'gazebo' must be one of turtlesim, robotont"),
@@ -107,6 +107,7 @@ def test_wrong_parameters_of_checks(parameters, said):
 
 CALL = {'do': 'call', 'service': '/s', 'type': 'std_srvs/Empty', 'request': []}
 SHOW = {'do': 'markers', 'for': '3 s'}
+MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
 
 
 @pytest.mark.parametrize('changes, said', [
@@ -145,6 +146,20 @@ SHOW = {'do': 'markers', 'for': '3 s'}
      'check 1 (prints): times: 0 must be above 0'),
     ({'checks': [{'check': 'moves', 'lenght': '2 m', 'length': '2 m', 'points': 100}]},
      "check 1 (moves) has an unknown key 'lenght'; it may have length. Did you mean length?"),
+    ({'simulator': 'robotont', 'beside': ['ampl']},
+     "beside has 'ampl'; it may have map_server, amcl, slam_gmapping, move_base. Did you mean amcl?"),
+    ({'beside': ['amcl']}, 'beside needs simulator: robotont'),
+    ({**MAZE, 'beside': ['map_server', 'slam_gmapping']}, 'beside has map_server and slam_gmapping; only one'),
+    ({'simulator': 'robotont', 'beside': ['map_server']}, 'map_server needs a world, of which it publishes the map'),
+    ({**MAZE, 'unmapped': ['wall99']},
+     "unmapped has 'wall99'; nothing in the world has that name. Did you mean wall9?"),
+    ({**MAZE, 'odometry': {'noise': '2 s'}}, "odometry: noise: the unit 's' in '2 s' does not measure a length"),
+    ({'simulator': 'robotont', 'world': {'like': 'minimase'}},
+     "world: like is 'minimase'; it must be one of ar, bangbang"),
+    ({**MAZE, 'world': {'like': 'minimaze', 'boxes': [{'name': 'wall1'}]}}, 'world: '),
+    ({'simulator': 'robotont', 'checks': [{'check': 'maps', 'points': 100}]}, 'check 1 (maps) needs a world'),
+    ({**MAZE, 'checks': [{'check': 'navigates', 'goals': [['1 m', '2 m']], 'points': 100}]},
+     "check 1 (navigates): goals: ['1 m', '2 m'] must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]"),
     ({'simulator': 'turtlsim'},
      "the exercise: simulator: 'turtlsim' must be one of turtlesim, robotont. Did you mean turtlesim?"),
 ])
@@ -153,6 +168,14 @@ def test_what_no_program_could_fulfil_is_the_teachers_mistake(changes, said):
     with pytest.raises(exercise.ExerciseError) as error:
         exercise.parse(content)
     assert str(error.value).startswith(said)
+
+
+def test_a_world_has_the_shapes_of_the_one_that_it_is_like():
+    post = {'name': 'post', 'x': 0.0, 'y': 2.0, 'radius': 0.1, 'height': 0.5}
+    loaded = exercise.parse({'title': 'T', 'time': '10 s', 'checks': [{'check': 'runs', 'points': 100}], **MAZE,
+                             'world': {'like': 'minimaze', 'cylinders': [post]}, 'unmapped': ['post']})
+    assert loaded.world['cylinders'] == [post] and len(loaded.world['boxes']) == 16
+    assert 'like' not in loaded.world and loaded.unmapped == ('post',)
 
 
 def test_all_mistakes_are_said_at_once(tmp_path):

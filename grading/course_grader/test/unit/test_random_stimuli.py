@@ -157,3 +157,11 @@ def test_a_moving_panel_is_shifted_along_its_path():
     panel, moved = one.world['panels'][0], random_stimuli.shifted(one, 1).world['panels'][0]
     assert [y - 0.5 for _, _, y, _ in moved['path']] == [y for _, _, y, _ in panel['path']]
     assert random_stimuli.shifted(EXERCISES['keep_distance'], 1) is EXERCISES['keep_distance']
+
+
+def test_the_robot_is_carried_to_another_pose_with_each_seed():
+    made = exercise.parse({'title': 'T', 'time': '10 s', 'simulator': 'robotont',
+                           'checks': [{'check': 'runs', 'points': 100}],
+                           'stimuli': [{'do': 'carry', 'after': '5 s', 'x': '1 to 2 m', 'y': '-3 m'}]})
+    (((x, y, theta),),), (((other, _, _),),) = (random_stimuli.stimuli(made, seed) for seed in (1, 2))
+    assert 1.0 <= x <= 2.0 and (y, theta) == (-3.0, 0.0) and x != other

@@ -90,3 +90,9 @@ def test_a_simulator_that_ends_ends_the_wait(simulator):
     threading.Thread(target=end, daemon=True).start()
     with pytest.raises(ConnectionError, match='the simulator has ended'):
         simulator.link.step(1)
+
+
+def test_the_robot_is_carried_and_the_nodes_get_the_time_less_often(simulator):
+    simulator.link.tell_time(12)
+    simulator.link.carry(1.0, -2.0, 0.5)
+    assert [simulator.received() for _ in range(2)] == [{'every': 12}, {'carry': [1.0, -2.0, 0.5]}]

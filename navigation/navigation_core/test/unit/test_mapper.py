@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from navigation_core.maps.grid_map import GridMap
-from navigation_core.maps.scores import circle, scores
+from navigation_core.maps.scores import scores
 from navigation_core.poses import Pose
 from navigation_core.scans import usable
 from navigation_core.slam.count_grid import CountGrid
@@ -69,7 +69,6 @@ def test_scores_refuse_what_cannot_be_scored(all_around):
         scores(GridMap.unknown(5, 5, 0.05), WALLS, START[:2])
     with pytest.raises(ValueError, match='not a free place'):
         scores(all_around[0].to_map(), WALLS, (0.5, 0.75))  # in a wall
-    assert np.hypot(*np.array(circle(1.0, 2.0, 0.5)).T - np.array([[1.0], [2.0]])).tolist() == pytest.approx([0.5] * 32)
 
 
 def test_the_grid_grows_and_ends_at_its_limit():

@@ -165,3 +165,11 @@ def test_overlap_is_the_same_both_ways_and_holds_for_points(x, y, yaw):
     assert depth is None or depth == pytest.approx(back)
     if any(abs(px) < 0.99 and abs(py) < 0.49 for px, py in corners(other)):
         assert depth is not None
+
+
+def test_outlines_are_those_of_what_a_scanner_sees():
+    plan = FloorPlan((Box('wall', 0.0, 1.0, 0.0, 2.0, 0.2, 0.5), Box('door', 5.0, 0.0, 0.0, 1.0, 1.0, 0.05)),
+                     (Cylinder('post', 3.0, 0.0, 0.5, 1.0),))
+    wall, post = plan.outlines(0.3)
+    assert [(round(x, 9), round(y, 9)) for x, y in sorted(wall)] == [(-1.0, 0.9), (-1.0, 1.1), (1.0, 0.9), (1.0, 1.1)]
+    assert [math.hypot(x - 3.0, y) for x, y in post] == pytest.approx([0.5] * len(post))

@@ -241,3 +241,11 @@ def test_odometry_drifts_from_the_true_pose_with_slip():
     world = drive(RobotWorld(slip=0.1), 120, 0.9, 0.0, 0.0)
     assert world.pose.x == pytest.approx(0.9)
     assert world.odometry.pose.x == pytest.approx(1.0)
+
+
+def test_wheels_of_a_robot_that_is_carried_do_not_turn():
+    """The noisy odometry stays where it was; the exact one is the true pose by definition."""
+    for noise, believed in ((0.01, Pose2D(1.0, 0.0, 0.0)), (0.0, Pose2D(3.0, 4.0, 0.5))):
+        world = RobotWorld(start=Pose2D(1.0, 0.0, 0.0), noise=noise)
+        world.carry(3.0, 4.0, 0.5)
+        assert (world.pose, world.odometry.pose) == (Pose2D(3.0, 4.0, 0.5), believed)

@@ -66,7 +66,7 @@ class RobotontNode:
 
         ``connection``: a socket for a ParentLink.
         """
-        self._parent = ParentLink(connection) if connection else None
+        self._parent = ParentLink(connection, carry=self._carry) if connection else None
         self._clock = SimulatorClock(DT, self._parent)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._warned_of_watchdog = rospy.Time(), False
@@ -119,9 +119,10 @@ class RobotontNode:
                               'warning. Publish continuously (10 Hz or more), or set ~watchdog.',
                               rospy.resolve_name('cmd_vel'), world.watchdog)
             self._gazebo.publish()
-            if world.steps % ODOMETRY_STEPS == 0:
+            every = self._parent.every if self._parent else 1
+            if world.steps % max(ODOMETRY_STEPS, every) == 0:
                 self._publish_motion()
-            if self._scanner and world.steps % SCAN_STEPS == 0 and self._scan.wanted():
+            if self._scanner and world.steps % max(SCAN_STEPS, every) == 0 and self._scan.wanted():
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
 
@@ -170,6 +171,14 @@ class RobotontNode:
             world.move_panel(request.name, request.x, request.y, request.yaw)
             self._publish_plan()
         return MoveMarkerResponse()
+
+    def _carry(self, x, y, yaw):
+        """Carry the robot to a pose, or beside the obstacles that are there."""
+        with self._shared.lock:
+            free = self._world.nearest_free(x, y)
+            if free is not None:
+                self._world.carry(*free, yaw)
+                self._shared.note('teleport_absolute', *free, yaw, request=recording.PARENT)
 
     def _put(self, name, pose, request):
         """Put a model at a Pose2D; the caller must hold the lock."""

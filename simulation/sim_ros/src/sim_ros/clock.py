@@ -153,12 +153,18 @@ class SimulatorClock:
         return TriggerResponse(True, self._time_after(self._pacer.resume()))
 
     def _step_and_publish(self, step):
-        """Make a step, then publish its time; in lockstep, before and after it, wait until all nodes are idle."""
-        if self._lockstep:
+        """Make a step, then publish its time; in lockstep, before and after it, wait until all nodes are idle.
+
+        A parent may want that in every N-th step only.
+        """
+        every = self._parent.every if self._parent else 1
+        if self._lockstep and (self._pacer.steps - 1) % every == 0:  # the time was published after the last step
             self._wait_for_nodes()
         now, calls = self._set_time(), self.services.batch
         self._answer()
         step()
+        if self._pacer.steps % every:
+            return
         if self._lockstep and (self.services.batch != calls or self._has_listeners()
                                or self._parent and self._parent.answers):
             # otherwise, chance decides whether a node handles the messages of this step or /clock first

@@ -101,8 +101,11 @@ class Lockstep:
         return found
 
     def _worked_since(self, began):
-        """Return for how long [s] the busiest process has run since ``began``, {process: run time [ns]}."""
-        return max((ran - began.get(process, 0) for process, ran in self._ran().items()), default=0) / 1e9
+        """Return for how long [s] the busiest process has run since ``began``, {process: run time [ns]}.
+
+        One that has joined since then does not count: most of its time went into its imports.
+        """
+        return max((ran - began.get(process, ran) for process, ran in self._ran().items()), default=0) / 1e9
 
     def _processes(self):
         """Return the processes that are waited for: the followers, the simulator itself, its parent, and the master."""

@@ -10,7 +10,9 @@ Each message is a line of JSON. The parent sends::
     {"resume": true}       let time continue
     {"watch": {NAME: K, ...}, "reacts": true}   send the poses of these vehicles in every K-th step; whether the parent
                            publishes in answer to them, so that such a step has to wait for it
+    {"every": N}           publish the time, and wait for the nodes, in every N-th step only
     {"drive": [V, W]}      a velocity command [m/s, rad/s]
+    {"carry": [X, Y, THETA]}   the vehicle is carried there [m, m, rad]
 
 and the simulator ``{"ready": true}`` before its first step, ``{"poses": {NAME: [X, Y, THETA]}, "steps": N}`` when the
 vehicles have moved in step N, and ``{"steps": N, "late": N, "busy": NAMES}`` at the end of the step: see ClockStatus.
@@ -27,12 +29,16 @@ LONGEST = 60.0  # [s] of one wait for requested steps, which is repeated
 class ParentLink:
     """The simulator's end of the connection."""
 
-    def __init__(self, connection, drive=None):
-        """``connection``: a socket; ``drive(linear, angular)`` takes commands, if the simulator has such a vehicle."""
-        self._connection, self._drive = connection, drive
+    def __init__(self, connection, drive=None, carry=None):
+        """``connection``: a socket.
+
+        ``drive(linear, angular)`` takes commands, and ``carry(x, y, theta)`` poses, if the simulator can do that.
+        """
+        self._connection, self._drive, self._carry = connection, drive, carry
         self._sending = threading.Lock()
         self._requests = queue.SimpleQueue()
         self._watched, self._reacts = {}, False
+        self.every = 1  # steps between two times that the nodes get
         self.answers = False  # whether the parent publishes in answer to what was sent in this step
 
     def serve(self, pacer):
@@ -69,7 +75,11 @@ class ParentLink:
                     pacer.resume()
                 elif 'watch' in message:
                     self._reacts, self._watched = message['reacts'], message['watch']
-                elif self._drive:
+                elif 'every' in message:
+                    self.every = message['every']
+                elif 'carry' in message and self._carry:
+                    self._carry(*message['carry'])
+                elif 'drive' in message and self._drive:
                     self._drive(*message['drive'])
 
     def _answer(self):

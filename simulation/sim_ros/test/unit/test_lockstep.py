@@ -211,6 +211,20 @@ def test_a_node_that_waits_for_a_core_gets_more_time(scene, cores, expected):
     assert scene.lockstep.starved == (cores == 0.0)
 
 
+def test_the_imports_of_a_node_that_joins_meanwhile_do_not_count(scene, monkeypatch):
+    """They took 5 s of processor time; both nodes get no core for 2 * TIMEOUT, which is no node's fault."""
+    start, sleep = scene.wall.now, scene.wall.sleep
+    scene.node('/first').busy_until = start + 2.0 * TIMEOUT
+
+    def sleep_until_it_joins(seconds):
+        sleep(seconds)
+        if scene.wall.now > start + 1.0 and '/second' not in scene.processes:
+            scene.node('/second').worked = 5000  # ms
+            scene.processes['/second'].busy_until = start + 2.0 * TIMEOUT
+    monkeypatch.setattr(lockstep.time, 'sleep', sleep_until_it_joins)
+    assert scene.wait()[0] and scene.lockstep.late == 0
+
+
 def test_the_simulator_itself_can_be_what_is_busy(scene):
     scene.own.busy_until, scene.own.cores = scene.wall.now + 1e6, 1.0
     assert not scene.wait()[0]

@@ -13,11 +13,11 @@ from sim_ros.parent_link import ParentLink
 class Parent:
     """The other end of a ParentLink, and a simulator that makes the steps of its Pacer."""
 
-    def __init__(self, drive=None):
+    def __init__(self, drive=None, carry=None):
         self.connection, its = socket.socketpair()
         self.connection.settimeout(10.0)
         self.lines = self.connection.makefile('rb')
-        self.link, self.pacer = ParentLink(its, drive), Pacer(0.016, paused=True)
+        self.link, self.pacer = ParentLink(its, drive, carry), Pacer(0.016, paused=True)
         self.link.serve(self.pacer)
         threading.Thread(target=self.run, daemon=True).start()
 
@@ -67,15 +67,26 @@ def test_time_continues_when_the_parent_says_so(parent):
     assert not parent.pacer.paused
 
 
-def test_commands_go_to_the_vehicle():
-    driven = []
-    parent = Parent(lambda *velocities: driven.append(velocities))
-    parent.send(drive=[1.5, -0.5])
+def wait_for(condition):
     end = time.monotonic() + 10.0
-    while not driven:
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.001)
-    assert driven == [(1.5, -0.5)]
+
+
+def test_commands_and_carries_go_to_the_vehicle():
+    driven, carried = [], []
+    parent = Parent(lambda *velocities: driven.append(velocities), lambda *pose: carried.append(pose))
+    parent.send(drive=[1.5, -0.5])
+    parent.send(carry=[1.0, 2.0, 0.5])
+    wait_for(lambda: carried)
+    assert (driven, carried) == ([(1.5, -0.5)], [(1.0, 2.0, 0.5)])
+
+
+def test_a_simulator_that_cannot_carry_goes_on(parent):
+    parent.send(carry=[1.0, 2.0, 0.5])
+    parent.send(every=12)
+    wait_for(lambda: parent.link.every == 12)
 
 
 def test_a_parent_that_is_gone_stops_nothing(parent):

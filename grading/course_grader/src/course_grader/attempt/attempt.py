@@ -25,7 +25,8 @@ import psutil
 import rosgraph
 import rospy
 
-from course_grader.attempt import forked, static_analysis
+from course_grader.attempt import beside, forked, static_analysis
+from course_grader.attempt.navigation_reader import NavigationReader
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulator_link import SimulatorLink
 from course_grader.attempt.slave_guard import SlaveGuard
@@ -41,7 +42,7 @@ from course_grader.supervision.job import RECORD, Attempted
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
-from kinematic_core.worlds import robot_world, turtle_world
+from kinematic_core.worlds import robot_world, turtle_world, world_format
 from plain_support import processes
 from rospy_support import rospy_internals, servers
 from sim_ros import lockstep
@@ -66,6 +67,7 @@ UNMEASURED = 1.0  # [s] of processor time that may be older: it is polled from t
 LEAST_SHARE = 0.2  # of the wall time, below which a simulator was not kept busy, but got no core
 FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
 MAX_STALL = 0.25  # [s] for which the machine may stall in real time
+WARM_UP = 2.0  # [s] of simulated time in which the nodes beside the simulator get map, transforms and scans
 MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'
 WORLD = 'world.yaml'
 LAG = 0.1  # [s] of simulated time by which a recording may lag
@@ -173,13 +175,15 @@ class Attempt:
         self._job, self.exercise, self._command, self._policy = job, job.exercise, command, chosen
         self.remarks = [*remarks, *chosen.remarks]
         self._simulator, self._dt = SIMULATORS[self.exercise.simulator]
+        self._beside = {}  # {name: Forked} of the nodes beside the simulator
         self._record = os.path.join(job.output, RECORD)
         self._master_log = os.path.join(job.output, MASTER_LOG)
         self._simulator_log = os.path.join(job.output, SIMULATOR_LOG)
         self._node = f'/grader_{uuid.uuid4().hex[:12]}'
         self.student = None
         self.finished = False
-        self.observed = Observed()
+        self.observed = Observed(plan=world_format.parse(self.exercise.world))
+        self._fakes = {**FAKES, **dict.fromkeys(beside.topics(self.exercise.beside), 'fake_result')}
         self._polled_at = 0.0
         self._log_size = -1  # [bytes] of the master's log when the names were last read
         self._students = set()  # names of nodes that were seen
@@ -205,6 +209,7 @@ class Attempt:
             self._start_master(box)
             self._guard.trust(self._master_process.pid)
             simulator = self._start_simulator(box)
+            self._start_beside(box)
             servers.protect()
             rospy_internals.poll_for_registration()
             rospy.init_node(self._node[1:], argv=[], disable_signals=True, disable_rostime=True)  # time: SimulatorLink
@@ -243,6 +248,33 @@ class Attempt:
         box.keep(simulator)
         return simulator
 
+    def _start_beside(self, box):
+        """Start the nodes that the exercise wants beside the simulator."""
+        if not self.exercise.beside:
+            return
+        try:
+            self._beside = beside.start(self.exercise, random_stimuli.start(self.exercise, self._job.seed),
+                                        box.environment['TMPDIR'], self._job.output, self._master)
+        except ImportError as error:
+            raise AttemptError(f'a node of this exercise is missing ({error}): type ./run build. Where ROS has a '
+                               'package of that name itself, its node takes the place of the one here, but cannot be '
+                               'started as a grading needs') from None
+        for process in self._beside.values():
+            box.keep(process)
+
+    def _warm_up(self, simulator):
+        """Let the nodes beside the simulator become ready, before the program starts."""
+        if not self._beside:
+            return
+        beside.publish_mount()
+        self._until(lambda: self._link.step(0) or set(self._beside) <= _subscribers(self._master, '/clock'), simulator,
+                    'simulator')
+        if self._policy.lockstep:
+            self._link.step(steps_for(WARM_UP, self._dt))
+        else:
+            self._link.resume()
+            time.sleep(WARM_UP)
+
     def _simulator_arguments(self, folder):
         """Return the private parameters of the exercise's simulator; ``folder``: for a file of its world."""
         start = random_stimuli.start(self.exercise, self._job.seed)
@@ -255,14 +287,19 @@ class Attempt:
             with open(path, 'w', encoding='utf-8') as file:
                 json.dump(self.exercise.world, file)  # JSON is YAML, too
             common.append(f'_world:={path}')
-        return [*common, '_model:=robotont_gazebo_basic', f'_x:={start["x"]:.4f}', f'_y:={start["y"]:.4f}',
-                f'_yaw:={start["theta"]:.4f}']
+        model = 'lidar' if self.exercise.beside else 'basic'
+        common += [f'_odom_{key}:={value:.9g}' for key, value in self.exercise.odometry.items()]
+        return [*common, f'_seed:={self._job.seed}', f'_model:=robotont_gazebo_{model}', f'_x:={start["x"]:.4f}',
+                f'_y:={start["y"]:.4f}', f'_yaw:={start["theta"]:.4f}']
 
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed)
         self._link.listen()
         self._until(lambda: self._link.ready, simulator, 'simulator')
-        self._link.step(1)  # time begins
+        every = beside.STEPS if self._beside else 1
+        self._link.tell_time(every)
+        self._link.step(every)  # time begins
+        self._warm_up(simulator)
         try:
             student = self.student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
@@ -290,6 +327,7 @@ class Attempt:
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
         self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt, self._link,
                                   reader.dt)
+        self._navigation = NavigationReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
         stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:
@@ -297,9 +335,18 @@ class Attempt:
         self._watch(reader, student, simulator, stimuli)
 
     def _runs(self, simulator):
-        """Return True while simulator and master run, False if the program ended one; otherwise raise AttemptError."""
+        """Return True while simulator and master run, and what is beside them; False if the program ended one.
+
+        Raise AttemptError if one ended by itself.
+        """
         if simulator.poll() is None and self._master_process.poll() is None:
-            return True
+            ended = next((name for name, process in self._beside.items() if process.poll() is not None), '')
+            if ended and self._beside[ended].poll():
+                raise AttemptError(f'{ended} ended with exit code {self._beside[ended].poll()}; see {ended[1:]}.txt')
+            if ended:
+                self.observed.trouble = (f'the program ended {ended}, by rosnode kill or by a node of the same name: '
+                                         'choose another name, and do not start what runs already')
+            return not ended
         if self._ended_by_student(simulator):
             return False
         raise AttemptError(f'the simulator ended with exit code {simulator.poll()}')
@@ -354,6 +401,7 @@ class Attempt:
                 if self._settled(stimuli):
                     break
         self._state.read()
+        self._navigation.read()
         self.observed.trouble = self._guard.refused() or self.observed.trouble
         after_used = _cpu_times(servers)
         self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), time.monotonic() - began,
@@ -390,6 +438,7 @@ class Attempt:
             self._read_names()
         self._log_size = log_size
         self._state.read()
+        self._navigation.read()
         if self._policy.lockstep and followed and not self._following:
             self._wait_for_the_end(student)
 
@@ -470,7 +519,7 @@ class Attempt:
         return forked.registrations(self._master_log)
 
     def _own(self):
-        return {self._node, self._simulator}
+        return {self._node, self._simulator, *self._beside}
 
     def _read_names(self):
         """Record what the student's nodes publish, subscribe and serve, and which pretend to be the simulator."""
@@ -483,8 +532,8 @@ class Attempt:
         for kind, name, node in self._registrations():  # also of names that came and went since the last poll
             if node not in own and name not in OF_EVERY_NODE:
                 self.observed.connections.add((name, ROLES[kind]))
-            if kind == 'PUB' and name in FAKES and node not in own:
-                self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), node))
+            if kind == 'PUB' and name in self._fakes and node not in own:
+                self.observed.events.append(Event(self.observed.seconds, self._fakes[name], (name,), node))
         for names, role in zip((published, subscribed, served), ROLES.values()):
             for name, nodes in names:
                 others = set(nodes) - own
@@ -504,6 +553,11 @@ def _flooded(before, after, seconds, used=0.0):
         _, waited = max(spent)  # its main thread, or the busiest one
         spent.append([used, waited])
     return any(ran > max(FLOODED_SHARE * (seconds - waited), LEAST_SHARE * seconds) for ran, waited in spent)
+
+
+def _subscribers(master, topic):
+    """Return the names of the nodes that subscribe to a topic."""
+    return {node for name, users in master.getSystemState()[1] if name == topic for node in users}
 
 
 def _cpu_times(pids):

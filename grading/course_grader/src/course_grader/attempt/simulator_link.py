@@ -2,7 +2,8 @@
 
 Time and the poses of vehicles come through it, and nothing that a program publishes is mixed with them.
 
-Threads: one receives and calls the listeners; ``step`` is called in the main thread, ``drive`` and ``watch`` in any.
+Threads: one receives and calls the listeners; ``step`` is called in the main thread, ``drive``, ``carry``
+and ``watch`` in any.
 """
 import json
 import math
@@ -55,6 +56,14 @@ class SimulatorLink:
     def drive(self, linear, angular):
         """Command velocities [m/s, rad/s] of turtle1. Raise OSError if the simulator has ended."""
         self._send(drive=[linear, angular])
+
+    def tell_time(self, every):
+        """Let the nodes know the time in every ``every``-th step only. Raise OSError if the simulator has ended."""
+        self._send(every=every)
+
+    def carry(self, x, y, theta):
+        """Carry the robot to a pose [m, m, rad]. Raise OSError if the simulator has ended."""
+        self._send(carry=[x, y, theta])
 
     def watch(self, vehicle, listener, every=1, reacts=False):
         """Call ``listener(steps, (x, y, theta))`` in every ``every``-th step of a vehicle, in the receiving thread.

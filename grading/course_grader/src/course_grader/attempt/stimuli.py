@@ -132,6 +132,11 @@ class Stimuli:
         while self._now() < end and goal.get_comm_state() != actionlib.CommState.DONE:
             rospy.sleep(POLL)
 
+    def _carry(self, values, poses):
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        self._link.carry(*poses[0])
+        self._observed.carried.append(self._now() + self._observed.start)
+
     def _markers(self, values, shows):
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
         while publisher.get_num_connections() == 0 and self._now() < values['for']:

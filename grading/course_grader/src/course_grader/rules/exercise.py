@@ -8,6 +8,7 @@ return the values that they could read.
 """
 import difflib
 import math
+import pathlib
 import re
 import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
@@ -22,12 +23,17 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
-MAX_TIME = 120.0  # [s] of simulated time
+MAX_TIME = 240.0  # [s] of simulated time
 MAX_STARTS = 5
 ALLOWED = ('teleport', 'reset', 'kill')
+BESIDE = ('map_server', 'amcl', 'slam_gmapping', 'move_base')
+WORLDS = pathlib.Path(__file__).resolve().parents[5] / 'simulation' / 'robotont_gazebo' / 'worlds'
 START: Parameters = {
     'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
     'theta': Parameter('span angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
+ODOMETRY: Parameters = {
+    'noise': Parameter('length', 0.0, 'of each wheel after one metre'),
+    'slip': Parameter('share', 0.0, 'by which the wheels turn in vain')}
 SHIFT: Parameters = {axis: Parameter('span length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'drive': {
@@ -50,6 +56,10 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'action': Parameter('name', ..., 'its name'),
         'times': Parameter(tuple(range(1, 6)), 2, 'how many goals, besides the one that is cancelled'),
         'after': Parameter('time or 0', 0.0, 'when they start')},
+    'carry': {
+        'after': Parameter('time', ..., 'when'),
+        'x': Parameter('span length', ..., 'where to'), 'y': Parameter('span length', ..., 'where to'),
+        'theta': Parameter('span angle', (0.0, 0.0), 'heading there')},
     'distances': {
         'for': Parameter('time', ..., 'how long the program is watched at least'),
         'topic': Parameter('name', '/scan_to_distance', 'where')},
@@ -64,6 +74,7 @@ MEANINGS = {  # of the stimuli
                'with a pause before each change.',
     'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
              'cancels the last goal after 1 s.',
+    'carry': 'The grader carries the robot away, as somebody does who lifts it: its wheels do not turn.',
     'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
                  'as LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.',
     'tracker': 'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a '
@@ -79,7 +90,12 @@ KEYS: Parameters = {
     'starts': Parameter('integer', 1, f'how often a program is graded, each time with other drawn values, 1 to '
                         f'{MAX_STARTS}; all have to pass'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
-    'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo'),
+    'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo; '
+                       '`like` names one whose shapes stand there, too'),
+    'beside': Parameter('list', [], f'which of {", ".join(BESIDE)} run, too; the robot then has a laser scanner'),
+    'odometry': Parameter('mapping', {}, 'errors of the odometry'),
+    'localised': Parameter('boolean', False, 'whether amcl knows where the robot starts'),
+    'unmapped': Parameter('list', [], 'names of what stands in the world, and not on the map of map_server'),
     'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
                        'drawn by the seed'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
@@ -110,7 +126,7 @@ OF_A_SYMPTOM: Parameters = {
 }
 
 
-NEEDS = {'turtlesim': ('drive',), 'robotont': ('distances', 'tracker')}  # simulator: stimuli
+NEEDS = {'turtlesim': ('drive',), 'robotont': ('distances', 'tracker', 'carry')}  # simulator: stimuli
 
 
 class ExerciseError(ValueError):
@@ -147,6 +163,10 @@ class Exercise(NamedTuple):
     symptoms: List[Dict[str, Any]] = []  # {'hint': advice, predicate: value or None}, see symptoms.py
     world: Dict[str, Any] = {}  # what stands around the robot, as in a world file
     shift: Dict[str, Span] = {}  # {axis: (low, high)} by which it is shifted
+    beside: Tuple[str, ...] = ()  # nodes that run beside the simulator
+    odometry: Dict[str, float] = {}  # noise [m], slip
+    localised: bool = False  # whether amcl knows the start
+    unmapped: Tuple[str, ...] = ()  # names of shapes that are not on the map
     varies: bool = False  # whether it has values that differ from student to student
     starts: int = 1  # how often a program is graded, each time with other drawn values
 
@@ -176,7 +196,9 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
     shift = _fields(values.get('shift', {}), SHIFT, 'shift', problems) if values.get('shift') else {}
+    values['world'] = _whole_world(values.get('world', {}), problems)
     problems += _wrong_world(values)
+    odometry = _fields(values.get('odometry', {}), ODOMETRY, 'odometry', problems) if values.get('odometry') else {}
     rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
     points = sum(made.points for made in rules if made)
     if 'checks' in values and all(rules) and abs(points - 100.0) > 1e-6:
@@ -192,10 +214,12 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
         problems.append(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     problems += [f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{_meant(kind, ALLOWED)}'
                  for kind in values.get('allows', ()) if kind not in ALLOWED]
+    problems += _wrong_navigation(values)
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms, values['world'], shift, bool(values['vary']),
+                        [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
+                        odometry, values['localised'], tuple(values['unmapped']), bool(values['vary']),
                         values['starts'])
         problems = list(_contradictions(made))
         if not problems:
@@ -210,6 +234,37 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
         if not 0.0 <= limits.get(axis, (0.0,))[0] <= limits.get(axis, (0.0,))[-1] <= ARENA_SIZE:
             problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
     return limits
+
+
+def _whole_world(world: Dict[str, Any], problems: List[str]) -> Dict[str, Any]:
+    """Return a world with the shapes of the one that it is ``like``."""
+    if 'like' not in world:
+        return world
+    names = sorted(path.stem for path in WORLDS.glob('*.yaml'))
+    if world['like'] not in names:
+        problems.append(f'world: like is {shown(world["like"])}; it must be one of {", ".join(names)}'
+                        f'{_meant(world["like"], names)}')
+        return {}
+    known = documents.read_yaml(WORLDS / f'{world["like"]}.yaml')
+    return {**known, **{key: [*known.get(key, ()), *value] if key in world_format.KINDS and isinstance(value, list)
+                        else value for key, value in world.items() if key != 'like'}}
+
+
+def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
+    """Yield texts about the nodes that run beside the simulator, and what they need."""
+    beside = values.get('beside', ())
+    yield from (f'beside has {shown(name)}; it may have {", ".join(BESIDE)}{_meant(name, BESIDE)}'
+                for name in beside if name not in BESIDE)
+    if beside and values.get('simulator') != 'robotont':
+        yield 'beside needs simulator: robotont'
+    if {'map_server', 'slam_gmapping'} <= set(beside):
+        yield 'beside has map_server and slam_gmapping; only one of them can publish the map'
+    if 'map_server' in beside and not values.get('world'):
+        yield 'map_server needs a world, of which it publishes the map'
+    shapes = [shape.get('name') for kind in world_format.KINDS for shape in values.get('world', {}).get(kind, ())
+              if isinstance(shape, dict)]
+    yield from (f'unmapped has {shown(name)}; nothing in the world has that name{_meant(name, shapes)}'
+                for name in values.get('unmapped', ()) if name not in shapes)
 
 
 def _wrong_world(values: Dict[str, Any]) -> List[str]:
@@ -286,6 +341,8 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     if rule.name == 'passes' and bool(values['through']) == (None not in (values['x'], values['y'])):
         yield 'needs either x and y, or through'
     yield from _missing_stimulus(rule, made)
+    if rule.name in ('maps', 'navigates') and not made.world:
+        yield 'needs a world: there are no walls'
     if rule.name in ('prints_markers', 'prints_no_marker'):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
         if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second message is the first without markers
@@ -418,6 +475,12 @@ def _point(value: Any) -> Tuple[float, float]:
     return quantity(value[0], 'length'), quantity(value[1], 'length')
 
 
+def _pose(value: Any) -> Tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise QuantityError(f'{shown(value)} must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]')
+    return tuple(quantity(part, dimension) for part, dimension in zip(value, ('length', 'length', 'angle')))
+
+
 def _value(value: Any) -> Any:
     if not isinstance(value, (str, bool, int, float)) or value != value:
         raise QuantityError(f'{shown(value)} must be a number, a text, true or false')
@@ -428,6 +491,7 @@ OTHERS: Dict[str, Callable[[Any], Any]] = {
     'value': _value,
     'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
     'colour': _colour,
+    'poses': lambda value: [_pose(entry) for entry in _plain(value, 'list')],
     'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],
     'coordinate': lambda value: quantity(value, 'length'),
     'points': lambda value: [_point(entry) for entry in _plain(value, 'list')]}

@@ -8,6 +8,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
+from kinematic_core.worlds.floor_plan import EMPTY, FloorPlan
+from navigation_core.maps.grid_map import GridMap
+
 QUANTITIES = {'ahead': 'the distance ahead', 'marker ahead': 'the marker is ahead',
               'marker left': 'the marker is to the left'}  # of Sensed, by the name of each
 DRIVEN = 1e-3  # [m] by which rounding to float32 may lengthen a step
@@ -36,7 +39,7 @@ class Event(NamedTuple):
     """Another action of a node on the simulator: kind, values, node.
 
     Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (another node published
-    poses), fake_clock.
+    poses), fake_result (what a node of the grader publishes), fake_clock.
     """
 
     t: float
@@ -101,6 +104,18 @@ class Goal(NamedTuple):
     result: Tuple[int, ...]
 
 
+class Destination(NamedTuple):
+    """A goal that move_base got: its pose [m, m, rad] in ``frame``, and what became of it."""
+
+    t: float
+    frame: str
+    x: float
+    y: float
+    theta: float
+    state: str = 'ACTIVE'  # as in actionlib_msgs/GoalStatus
+    text: str = ''  # why
+
+
 def computed(order: int) -> int:
     """Return how many numbers a server computes for a goal of this order, each with a message of feedback."""
     return order - 1
@@ -122,6 +137,11 @@ class Observed:
     turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those in checks
     sensed: List[Sensed] = field(default_factory=list)
     goals: List[Goal] = field(default_factory=list)
+    plan: FloorPlan = EMPTY  # what truly stands around the robot
+    map: Optional[GridMap] = None  # the last one
+    believed: List[Sample] = field(default_factory=list)  # where tf puts the robot in the frame map
+    carried: List[float] = field(default_factory=list)  # when the grader carried the robot away
+    destinations: List[Destination] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
     source: str = ''  # of the Python programs
     start: float = 0.0

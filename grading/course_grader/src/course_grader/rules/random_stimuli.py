@@ -60,7 +60,7 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
     """Draw values for each stimulus of an exercise: velocities, requests, or {id: position} of markers."""
     numbers = random.Random(seed)
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
-        'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders,
+        'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders, 'carry': _poses,
         'distances': lambda values, numbers: [], 'tracker': lambda values, numbers: []}
     return [draws[what](values, numbers) for what, values in exercise.stimuli]
 
@@ -72,6 +72,11 @@ def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple
     angular = sorted(_apart(values['angular'], count, numbers))
     slowest_last = sorted(range(count), key=lambda leg: -linear[leg])
     return [(linear[leg], angular[slowest_last.index(leg)]) for leg in range(count)]
+
+
+def _poses(values: Mapping[str, Any], numbers: random.Random) -> List[Position]:
+    """Return the pose [m, m, rad] to which the robot is carried."""
+    return [(numbers.uniform(*values['x']), numbers.uniform(*values['y']), numbers.uniform(*values['theta']))]
 
 
 def _orders(values: Mapping[str, Any], numbers: random.Random) -> List[int]:

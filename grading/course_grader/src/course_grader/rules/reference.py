@@ -2,7 +2,7 @@
 import textwrap
 from typing import Any, Dict, List, NamedTuple, Tuple
 
-from course_grader.rules.exercise import KEYS, MEANINGS, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
+from course_grader.rules.exercise import KEYS, MEANINGS, ODOMETRY, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
 from course_grader.rules.judging import ANY, Kind, Parameters
 from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
@@ -10,8 +10,8 @@ from course_grader.rules.registry import RULES
 WIDTH = 100  # characters of a line in the terminal
 HEADINGS = 'parameter', 'kind', 'default', 'meaning'
 WORDS = {'integer': 'whole number', 'pattern': 'regular expression', 'boolean': 'true or false',
-         'spans': 'list of spans', 'coordinate': 'length of either sign', 'value': 'number, text, true, false',
-         'check': 'name of a check', 'points': 'list of points'}
+         'spans': 'list of spans', 'poses': 'list of poses', 'coordinate': 'length of either sign',
+         'value': 'number, text, true, false', 'check': 'name of a check', 'points': 'list of points'}
 
 
 class Entry(NamedTuple):
@@ -56,6 +56,7 @@ def text() -> str:
     """Return everything for a terminal."""
     parts = ['An exercise file is YAML. These are its keys:', _table(KEYS),
              'start: {...} may have', _table(START), 'shift: {...} may have', _table(SHIFT),
+             'odometry: {...} may have', _table(ODOMETRY),
              'Each entry of checks is {check: NAME, ...} with the parameters of the check and', _table(OF_A_CHECK)]
     for section, (_, entries) in SECTIONS.items():
         parts.append(f'{section.upper()}\n' + '-' * len(section))

@@ -2,7 +2,7 @@
 from types import SimpleNamespace
 from typing import Any, Dict, Mapping
 
-from course_grader.rules import fits, rules_driving, rules_output, rules_state
+from course_grader.rules import fits, rules_driving, rules_navigation, rules_output, rules_state
 from course_grader.rules.judging import ANY, Parameter, Result, Rule
 from course_grader.rules.observation import QUANTITIES, Observed
 
@@ -93,6 +93,20 @@ RULES: Dict[str, Rule] = {
     'follows': Rule(rules_state.follows, {
         'turtle': Parameter('text', ..., 'the name of the turtle that follows turtle1'),
         'distance': Parameter('length', 0.1, 'how near it has to be at the end')}),
+    'maps': Rule(rules_navigation.maps, {
+        'iou': Parameter('share', 0.95, 'of the free area that map and truth have in common, intersection by union'),
+        'found': Parameter('share', 0.95, 'how much of the walls has to be found'),
+        'right': Parameter('share', 0.95, 'how many of the wall cells have to lie near a wall')}),
+    'localises': Rule(rules_navigation.localises, {
+        'median': Parameter('length', 0.1, 'half of the time, the error is at most this'),
+        'worst': Parameter('length', 0.2, '95 % of the time, the error is at most this'),
+        'within': Parameter('time', 15.0, 'the time after the start, and after stimulus carry, that does not count')}),
+    'navigates': Rule(rules_navigation.navigates, {
+        'goals': Parameter('poses', ..., '`[[x, y, heading], ...]`, such as `[-2 m, 0.5 m, 90 deg]`'),
+        'tolerance': Parameter('length', 0.1, 'how far from the pose it may be'),
+        'turn': Parameter('angle', 0.1, 'how far off the heading may be'),
+        'rest': Parameter('time or 0', 0.5, 'how long it has to stand there'),
+        'detour': Parameter('number', None, 'how many times longer than the shortest path a drive may be')}),
     'runs': Rule(rules_output.runs, {
         'until': Parameter(('the end', 'it is done'), 'the end',
                            'the end: it must not end by itself; it is done: it ends with exit code 0')}),

@@ -27,6 +27,7 @@ SHORTCUT_HINTS = {  # kind of a shortcut: advice
     'teleport': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
     'teleport_relative': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
     'fake_pose': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
+    'fake_result': 'leave {0} to the node of the grader that publishes it: use rospy.Subscriber to receive it',
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
 MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves

@@ -3,8 +3,7 @@
 Walls are polygons [m] in the frame of the world. A map has a frame of its own, so it is first aligned: moved to where
 its occupied cells fit the walls best. ``scores`` returns this alignment, too.
 """
-import math
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -23,7 +22,6 @@ SHIFTS = np.linspace(-0.6, 0.6, 7)  # [m] of the coarse search
 TURNS = np.radians(np.linspace(-20.0, 20.0, 9))  # [rad] of the coarse search
 CUT = 0.75  # [cells] from a wall's surface: the wall may cut cells that are nearer
 SAMPLE = 3  # every third cell of the true map is compared
-CIRCLE = 32  # corners of a round wall
 
 
 class MapScores(NamedTuple):
@@ -33,12 +31,6 @@ class MapScores(NamedTuple):
     found: float  # of the true walls' visible outline: where an occupied cell is near
     iou: float  # of the free area inside the walls, without cells that a wall's surface cuts: intersection by union
     alignment: Pose  # of the map's frame in the world
-
-
-def circle(x: float, y: float, radius: float) -> List[Tuple[float, float]]:
-    """Return the Polygon of a round wall."""
-    angles = np.arange(CIRCLE) * 2.0 * math.pi / CIRCLE
-    return [(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles]
 
 
 def true_map(walls: Sequence[Polygon], resolution: float = FINE) -> GridMap:

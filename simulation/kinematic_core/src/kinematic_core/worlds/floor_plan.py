@@ -24,6 +24,7 @@ MAX_SHAPES = 1000  # of a plan, because all pairs are compared
 MAX_WAYPOINTS = 1000  # of a panel
 MAX_NAME_LENGTH = 200  # characters
 TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
+CIRCLE = 32  # corners of a cylinder's outline
 
 
 Waypoint = Tuple[float, float, float, float]  # time [s] from the start, x, y [m], yaw [rad]
@@ -115,6 +116,11 @@ class FloorPlan(NamedTuple):
     def bodies(self) -> Tuple[Solid, ...]:
         """Return everything that stops a robot or a laser's ray: all solids but panels that move, as in Gazebo."""
         return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels if not panel.path))
+
+    def outlines(self, height: float) -> List[List[Tuple[float, float]]]:
+        """Return the outlines [(x, y), ...] [m] of the bodies that a scanner at ``height`` [m] sees."""
+        return [corners(body) if isinstance(body, Box) else _circle(body) for body in self.bodies()
+                if body.bottom <= height < body.bottom + body.height]
 
     def moving(self) -> Tuple[Panel, ...]:
         """Return the panels that move by themselves."""
@@ -255,6 +261,12 @@ def corners(box: Box) -> List[Tuple[float, float]]:
     return [(box.x + cos * a - sin * b, box.y + sin * a + cos * b)
             for a, b in ((box.length / 2.0, box.width / 2.0), (-box.length / 2.0, box.width / 2.0),
                          (-box.length / 2.0, -box.width / 2.0), (box.length / 2.0, -box.width / 2.0))]
+
+
+def _circle(cylinder: Cylinder) -> List[Tuple[float, float]]:
+    angles = [2.0 * math.pi * corner / CIRCLE for corner in range(CIRCLE)]
+    return [(cylinder.x + cylinder.radius * math.cos(angle), cylinder.y + cylinder.radius * math.sin(angle))
+            for angle in angles]
 
 
 def _extent(shape: Solid, axis_x: float, axis_y: float) -> Tuple[float, float]:

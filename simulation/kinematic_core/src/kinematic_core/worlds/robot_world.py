@@ -34,12 +34,13 @@ MAX_TURN = 0.1  # [rad] by which a path beside an obstacle turns and still count
 
 
 class RobotWorld:
-    """A robot in a FloorPlan. ``place`` and ``move_panel`` take effect at once, ``command`` in the next step.
+    """A robot in a FloorPlan.
 
-    Its body is an upright cylinder, by default that of the Robotont. Public and read-only: ``plan``, ``pose``,
-    ``twist`` (what the robot really does), ``travelled`` (its twists summed up since it was placed [m, m, rad]),
-    ``odometry``, ``steps``, ``watchdog`` [s], ``radius``, ``height`` [m], ``touching`` (whether it touched an obstacle
-    in the last step), ``timed_out`` (whether the watchdog has stopped it since the last command).
+    ``place``, ``carry`` and ``move_panel`` take effect at once, ``command`` in the next step. Its body is an
+    upright cylinder, by default that of the Robotont. Public and read-only: ``plan``, ``pose``, ``twist`` (what the
+    robot really does), ``travelled`` (its twists summed up since it was placed [m, m, rad]), ``odometry``, ``steps``,
+    ``watchdog`` [s], ``radius``, ``height`` [m], ``touching`` (whether it touched an obstacle in the last step),
+    ``timed_out`` (whether the watchdog has stopped it since the last command).
     """
 
     plan: FloorPlan
@@ -97,6 +98,15 @@ class RobotWorld:
         self._free = 0.0
         self.timed_out = self.touching = False
         self.odometry.start(self.pose)
+
+    def carry(self, x: float, y: float, yaw: float) -> None:
+        """Put the robot at a pose as somebody who carries it: its wheels do not turn, and its odometry stays.
+
+        An exact odometry follows, because it is the true pose. Raise InvalidInput if an obstacle is there.
+        """
+        believed = self.odometry.pose
+        self.place(x, y, yaw)
+        self.odometry.start(self.pose if self.odometry.exact else believed)
 
     def move_panel(self, name: str, x: float, y: float, yaw: float) -> None:
         """Put a panel's face at (x, y) [m], yaw [rad]; InvalidInput if it does not exist or the robot is there."""

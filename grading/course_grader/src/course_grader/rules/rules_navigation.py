@@ -1,0 +1,175 @@
+"""The rules about maps, localisation and goals, against the truth; see judging.py for their form."""
+import functools
+import math
+from types import SimpleNamespace
+from typing import Iterator, List, Optional, Tuple
+
+import numpy as np
+
+from alvar_core.arrays import Floats
+from course_grader.rules.judging import MISSED, Result, counted
+from course_grader.rules.observation import Destination, Observed, Sample
+from kinematic_core.worlds.collision import Obstacles
+from kinematic_core.worlds.floor_plan import FloorPlan
+from kinematic_core.worlds.frames import LIDAR_Z
+from kinematic_core.worlds.robot_world import ROBOT_HEIGHT, ROBOT_RADIUS
+from navigation_core.maps.grid_map import GridMap
+from navigation_core.poses import wrap
+
+EVERY = 12  # steps of the robot between two samples that are compared: 10 Hz
+STANDS = 0.01  # [m, rad] by which a robot that stands moves from one to the next
+TOUCHING = 1e-6  # [m]
+PLANNED = 0.05  # [m] cells in which the shortest path is searched
+SHORT = 0.5  # [m] a shorter path is compared as one of this length
+SHOWN = 100  # characters of what move_base says
+
+
+def maps(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The last map on /map shows the walls: it is moved to where it fits them best, and compared with them."""
+    asked = f'a map that agrees with the walls: IoU of the free area at least {wanted.iou:g}'
+    if observed.map is None:
+        return Result(0.0, asked, 'there is no map on /map')
+    try:
+        found = _scores(observed.map, observed.plan, observed.track[0])
+    except ValueError as error:
+        return Result(0.0, asked, str(error))
+    share = min(1.0 if value >= limit else MISSED * value / limit for value, limit in (
+        (found.iou, wanted.iou), (found.found, wanted.found), (found.right, wanted.right)))
+    return Result(share, f'{asked}, {wanted.found:.0%} of the walls found, {wanted.right:.0%} of its wall cells right',
+                  f'IoU {found.iou:.2f}, {found.found:.0%} found, {found.right:.0%} right')
+
+
+@functools.lru_cache(maxsize=2)
+def _scores(grid: GridMap, plan: FloorPlan, start: Sample):  # type: ignore[no-untyped-def]
+    from navigation_core.maps.scores import scores  # scipy takes 0.3 s to import, which other exercises do not need
+    return scores(grid, plan.outlines(LIDAR_Z), (start.x, start.y))
+
+
+def localises(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The transforms from map to base_footprint say where the robot is, some time after the start or a carry."""
+    asked = (f'from {wanted.within:g} s on, the pose in the frame map is right: half of the time within '
+             f'{wanted.median:g} m, 95 % of it within {wanted.worst:g} m')
+    begins = [observed.start, *observed.carried]
+    errors = np.array([error for t, error in _errors(observed)
+                       if t - max(begin for begin in begins if begin <= t) >= wanted.within])
+    if not len(errors):
+        none = 'the program ended too early for that' if observed.believed else 'no transform from map to odom'
+        return Result(0.0, asked, none)
+    median, worst = float(np.median(errors)), float(np.percentile(errors, 95))
+    share = min(1.0 if value <= limit else MISSED * limit / value
+                for value, limit in ((median, wanted.median), (worst, wanted.worst)))
+    return Result(share, asked, f'half of the time within {median:.2f} m, 95 % of it within {worst:.2f} m')
+
+
+def _errors(observed: Observed) -> Iterator[Tuple[float, float]]:
+    """Yield (time [s], error of the believed position [m])."""
+    times = np.array([sample.t for sample in observed.track])
+    for one in observed.believed:
+        if one.t >= observed.start:
+            truth = observed.track[min(int(np.searchsorted(times, one.t - 1e-6)), len(times) - 1)]
+            yield one.t, math.hypot(one.x - truth.x, one.y - truth.y)
+
+
+def navigates(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The robot drives to poses, one after the other, stands at each, and touches nothing on the way."""
+    asked = (f'stands at {len(wanted.goals)} poses, one after the other, for {wanted.rest:g} s each, within '
+             f'{wanted.tolerance:g} m and {math.degrees(wanted.turn):.0f} degrees, and touches nothing'
+             + (f'; no drive is longer than {wanted.detour:g} times the shortest one' if wanted.detour else ''))
+    track = np.array([sample for sample in observed.track if sample.t >= observed.start][::EVERY])
+    if not len(track):
+        return Result(0.0, asked, 'it did not move')
+    ends = _ends(track, wanted)
+    reached = [end for end in ends if end is not None]
+    share = counted(len(reached), len(wanted.goals))
+    seen = [f'{len(reached)} of {len(wanted.goals)} reached']
+    if len(reached) < len(wanted.goals):
+        seen.append(_missed(observed, track, wanted, ends))
+    touches = _touches(observed.plan, track)
+    if touches:
+        share, seen = min(share, MISSED), [*seen, f'it touches something {touches} times']
+    detour = max(_detours(observed.plan, track, wanted, reached), default=1.0)
+    if reached:
+        seen.append(f'the longest drive is {detour:.2f} times the shortest one')
+    if wanted.detour and detour > wanted.detour:
+        share = min(share, MISSED)
+    return Result(share, asked, '; '.join(seen))
+
+
+def _ends(track: Floats, wanted: SimpleNamespace) -> List[Optional[int]]:
+    """Return for each goal at which row of the track (t, x, y, theta) it is done, None if it is not."""
+    moved = np.hypot(*np.diff(track[:, 1:3], axis=0, append=track[-1:, 1:3]).T)
+    stands = (moved < STANDS) & (abs(wrap(np.diff(track[:, 3], append=track[-1:, 3]))) < STANDS)
+    ends: List[Optional[int]] = []
+    begin = 0
+    for x, y, theta in wanted.goals:
+        there = stands & (np.hypot(track[:, 1] - x, track[:, 2] - y) <= wanted.tolerance)
+        there &= abs(wrap(track[:, 3] - theta)) <= wanted.turn
+        there[:begin] = False
+        end = _lasting(track[:, 0], there, wanted.rest)
+        ends.append(end)
+        begin = begin if end is None else end
+    return ends
+
+
+def _lasting(times: Floats, there: Floats, rest: float) -> Optional[int]:
+    """Return the first index at which ``there`` has held for ``rest`` [s]."""
+    since = None
+    for index in range(len(times)):
+        if not there[index]:
+            since = None
+            continue
+        since = times[index] if since is None else since
+        if times[index] - since >= rest - 1e-6:
+            return index
+    return None
+
+
+def _missed(observed: Observed, track: Floats, wanted: SimpleNamespace, ends: List[Optional[int]]) -> str:
+    """Return what happened to the first goal that was not reached."""
+    number = ends.index(None)
+    x, y, theta = wanted.goals[number]
+    near = int(np.hypot(track[:, 1] - x, track[:, 2] - y).argmin())
+    off = math.degrees(abs(float(wrap(track[near, 3] - theta))))
+    text = (f'goal {number + 1} ({x:g}, {y:g}, {math.degrees(theta):.0f} degrees): the robot came as near as '
+            f'{math.hypot(track[near, 1] - x, track[near, 2] - y):.2f} m and {off:.0f} degrees')
+    return f'{text}; {_answers(observed.destinations)}'
+
+
+def _answers(destinations: List[Destination]) -> str:
+    """Return what move_base did with the goals that it got."""
+    if not destinations:
+        return 'move_base got no goal'
+    failed = next((one for one in destinations if one.state not in ('SUCCEEDED', 'ACTIVE')), destinations[-1])
+    why = f': {failed.text[:SHOWN]}' if failed.text else ''
+    return (f'move_base got {len(destinations)} goals, the one at ({failed.x:.2f}, {failed.y:.2f}) in the frame '
+            f'{failed.frame!r} is {failed.state}{why}')
+
+
+def _touches(plan: FloorPlan, track: Floats) -> int:
+    """Return how often the robot begins to touch an obstacle."""
+    obstacles = Obstacles(plan, ROBOT_RADIUS, ROBOT_HEIGHT)
+    touching = [obstacles.clearance(x, y) < TOUCHING for x, y in track[:, 1:3].tolist()]
+    return sum(now and not before for before, now in zip([False, *touching], touching))
+
+
+def _detours(plan: FloorPlan, track: Floats, wanted: SimpleNamespace, reached: List[int]) -> Iterator[float]:
+    """Yield how many times longer than the shortest path each drive was."""
+    begin = 0
+    for end in reached:
+        length = float(np.hypot(*np.diff(track[begin:end + 1, 1:3], axis=0).T).sum())
+        shortest = _shortest(plan, tuple(track[begin, 1:3]), tuple(track[end, 1:3]))
+        if shortest is not None:
+            yield max(length, SHORT) / max(shortest, SHORT)
+        begin = end
+
+
+@functools.lru_cache(maxsize=100)
+def _shortest(plan: FloorPlan, start: Tuple[float, float], end: Tuple[float, float]) -> Optional[float]:
+    """Return the length [m] of the shortest path of the robot's middle; None if there is none."""
+    from navigation_core.maps.scores import true_map  # these import scipy
+    from navigation_core.planning import global_planner
+    from navigation_core.planning.costmap import Costmap, Inflation
+    costmap = Costmap.of_map(true_map(plan.outlines(LIDAR_Z), PLANNED), ROBOT_RADIUS, ROBOT_RADIUS,
+                             Inflation(ROBOT_RADIUS, 1.0))
+    path = global_planner.plan(costmap, start, end).path
+    return None if path is None else global_planner.length(path)

@@ -1,0 +1,100 @@
+"""course_grader.rules.rules_navigation: maps, poses and goals against the true world."""
+import math
+
+import numpy as np
+import pytest
+
+from course_grader.rules import registry
+from course_grader.rules.observation import Destination, Observed, Sample
+from kinematic_core.worlds.floor_plan import Box, FloorPlan
+from kinematic_core.worlds.frames import LIDAR_Z
+from kinematic_core.worlds.robot_world import DT, ROBOT_RADIUS
+from navigation_core.maps.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from navigation_core.maps.scores import true_map
+from navigation_core.poses import Pose
+
+SIDES = [('west', -2.0, 0.0, 0.1, 4.1), ('east', 2.0, 0.0, 0.1, 4.1), ('south', 0.0, -2.0, 4.1, 0.1),
+         ('north', 0.0, 2.0, 4.1, 0.1), ('middle', 0.0, 0.5, 0.1, 2.9)]  # name, x, y, length, width: open at y < -0.95
+ROOM = FloorPlan(tuple(Box(name, x, y, 0.0, length, width, 0.5) for name, x, y, length, width in SIDES))
+GOALS = {'goals': [(1.0, 1.0, 0.0), (1.0, -1.5, 0.0)], 'tolerance': 0.1, 'turn': 0.1, 'rest': 1.0, 'detour': 1.5}
+
+
+def driven(*corners, speed=0.5, rest=1.5):
+    """Return what is observed of a robot that drives straight from one corner (x, y) to the next, and rests there."""
+    observed, t = Observed(plan=ROOM), 0.0
+    for start, end in zip(corners, (*corners[1:], corners[-1])):
+        steps = math.ceil(math.dist(start, end) / speed / DT)
+        for step in range(steps + round(rest / DT)):
+            part = min(1.0, step / max(1, steps))
+            x, y = (a + part * (b - a) for a, b in zip(start, end))
+            observed.track.append(Sample(t, x, y, 0.0))
+            t += DT
+    return observed
+
+
+def judged(name, observed, **parameters):
+    defaults = {key: parameter.default for key, parameter in registry.RULES[name].parameters.items()}
+    return registry.judge(name, observed, {**defaults, **parameters})
+
+
+AROUND = (-1.0, 1.0), (-1.0, -1.4), (1.0, -1.4), (1.0, 1.0), (1.0, -1.5)
+
+
+def test_poses_that_are_reached_one_after_the_other_count():
+    result = judged('navigates', driven(*AROUND), **GOALS)
+    assert result.share == 1.0 and '2 of 2 reached' in result.seen
+
+
+@pytest.mark.parametrize('corners, how, said', [
+    (AROUND[:-1], {}, '1 of 2 reached; goal 2 (1, -1.5, 0 degrees): the robot came as near as 0.10 m'),
+    ((AROUND[0], AROUND[2], AROUND[4], AROUND[3]), {}, '1 of 2 reached'),  # in the other order
+    (AROUND, {'rest': 0.5}, '0 of 2 reached'),
+    ((AROUND[0], (-1.0, -1.4), (-1.0, 1.0), *AROUND[1:]), {}, 'is 2.'),  # there and back first
+    ((AROUND[0], (-1.0, -2.0 + 0.05 + ROBOT_RADIUS), *AROUND[1:]), {}, 'touches something 1 times'),
+    ((AROUND[0],), {}, 'move_base got no goal')])
+def test_what_is_missed_loses_more_than_half(corners, how, said):
+    result = judged('navigates', driven(*corners, **how), **GOALS)
+    assert result.share < 0.5 and said in result.seen, result.seen
+
+
+def test_what_move_base_says_of_a_goal_is_told():
+    observed = driven(AROUND[0])
+    observed.destinations += [Destination(1.0, '', 1.0, 1.0, 0.0, 'ABORTED', 'it names no frame')]
+    assert "in the frame '' is ABORTED: it names no frame" in judged('navigates', observed, **GOALS).seen
+
+
+def test_the_pose_in_the_map_is_compared_with_the_true_one_when_it_counts():
+    observed = driven((-1.0, 1.0), rest=60.0)
+    observed.carried.append(30.0)
+    wrong = {*range(10), *range(30, 40)}  # [s]: at first, and when it was carried away
+    observed.believed += [Sample(t, -1.0 + (1.0 if t in wrong else 0.05), 1.0, 0.0) for t in range(60)]
+    assert judged('localises', observed, within=10.0).share == 1.0
+    late = judged('localises', observed, within=8.0)
+    assert late.share < 0.5 and '95 % of it within 1.00 m' in late.seen
+    observed.believed.clear()
+    assert 'no transform from map to odom' in judged('localises', observed).seen
+
+
+def a_map():
+    """Return the map of a robot that has been everywhere: its frame is not the world's."""
+    truth = true_map(ROOM.outlines(LIDAR_Z), 0.05)
+    rows, columns = np.indices(truth.cells.shape)
+    x, y = truth.to_world(columns, rows)
+    outside = (np.maximum(abs(x), abs(y)) > 2.05) & (truth.cells != OCCUPIED)
+    cells = np.where(outside, UNKNOWN, truth.cells)
+    return GridMap(cells, 0.05, Pose(truth.origin.x + 0.3, truth.origin.y - 0.2, 0.0))
+
+
+def test_a_map_is_moved_to_the_walls_and_compared_with_them():
+    observed = driven((-1.0, 1.0))
+    observed.map = a_map()
+    assert judged('maps', observed, iou=0.9).share == 1.0
+    half = observed.map.cells.copy()
+    half[:, half.shape[1] // 2 + 2:] = UNKNOWN
+    observed.map = GridMap(half, 0.05, observed.map.origin)
+    result = judged('maps', observed, iou=0.9)
+    assert result.share < 0.5 and 'IoU 0.' in result.seen
+    observed.map = GridMap(np.full((9, 9), FREE), 0.05)
+    assert judged('maps', observed).seen == 'the map has no occupied cell'
+    observed.map = None
+    assert judged('maps', observed).seen == 'there is no map on /map'
