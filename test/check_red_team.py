@@ -20,6 +20,7 @@ from pathlib import Path
 
 import psutil
 
+from course_grader.formats import harmless
 from course_grader.isolation import confinement, levels
 from plain_support import processes
 
@@ -30,8 +31,9 @@ SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
 BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
-QUICK = ('ends_all_nodes', 'forges', 'name_with', 'recording_by', 'solution_by', 'poisoned', 'connection.py',
-         'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')  # take 75 s at all levels together, alone
+FRIEND = 'a_friend'  # in the names of programs that are graded at the same time as a_friend.py
+QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
+         'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
 SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
 
 
@@ -45,16 +47,16 @@ def bait(level):
     return f'{BAIT}.{levels.LEVELS.index(level)}'
 
 
-def make_class(folder, level, names):
-    """Write the class; return {(student, exercise): (outcome, part of the reasons)}."""
+def make_class(folder, level, programs):
+    """Write the class of some programs; return {(student, exercise): (outcome, part of the reasons)}."""
     folder.mkdir(parents=True)
     folder.chmod(0o700)  # as docs/grading.md advises
     shutil.copytree(HONEST, folder / 'honest')
     exercises = {path.stem for path in (GRADER / 'exercises').iterdir()}
     expected = {('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises}
-    for path in sorted(PROGRAMS.iterdir()):
+    for path in programs:
         about = told(path)
-        if names and not any(name in path.name for name in names) or level == levels.NONE and 'at none' in about:
+        if level == levels.NONE and 'at none' in about:
             continue
         student = folder / path.stem
         student.mkdir()
@@ -77,10 +79,10 @@ def listed(*folders):
             path.parts and path.is_file()}
 
 
-def check(level, folder, names):
-    """Return the errors after grading a class at this level."""
+def check(level, folder, programs):
+    """Return the errors after grading a class of these programs at this level."""
     shutil.rmtree(folder, ignore_errors=True)
-    expected = make_class(folder / 'class', level, names)
+    expected = make_class(folder / 'class', level, programs)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
     before = listed(folder / 'class', home, REPOSITORY / 'grading')
@@ -114,6 +116,8 @@ def _look(results, level, outcome, text, token):
     said = (results / 'output.txt').read_text(encoding='utf-8')
     reasons = ' '.join([*result['objections'], *(reason['seen'] for reason in result['reasons'])])
     wrong = [f'it has printed the token of the environment: {said}'] if token in said else []
+    if harmless.FORBIDDEN.search(said):
+        wrong.append(f'its output.txt has characters that a terminal obeys: {said!r}')
     if outcome == 'passed' and 'ERROR' in said:
         wrong.append(f'it has passed, but printed an error: {said}')
     if result['outcome'] != outcome or text not in reasons:
@@ -136,7 +140,12 @@ def main(arguments):
     if missing:
         print(f'SKIPPED: this machine cannot have the level {level}: {missing}')
         return 0
-    wrong = check(level, folder, arguments[2:])
+    programs = [path for path in sorted(PROGRAMS.iterdir())
+                if not arguments[2:] or any(name in path.name for name in arguments[2:])]
+    friends = [path for path in programs if FRIEND in path.name]
+    groups = {'others': [path for path in programs if path not in friends],
+              'friends': [] if level == levels.NONE else friends}
+    wrong = [text for name, group in groups.items() if group for text in check(level, folder / name, group)]
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

@@ -13,10 +13,10 @@ from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult
 from tf2_msgs.msg import TFMessage
 
+from course_grader.attempt.guard import of_the_grading
 from course_grader.rules.observation import Destination, Sample
 from navigation_ros import grids
 from navigation_ros.poses import of_transform
-from rospy_support.rospy_internals import caller
 from rospy_support.rotations import yaw_of
 
 MAP, ODOMETRY, ROBOT = 'map', 'odom', 'base_footprint'  # frames
@@ -25,9 +25,9 @@ MAP, ODOMETRY, ROBOT = 'map', 'odom', 'base_footprint'  # frames
 class NavigationReader:
     """Collects what checks of navigation need; costs nothing without them."""
 
-    def __init__(self, exercise, observed, own, zero):
-        """``own``: names of the grader's nodes; ``zero`` [s]: simulated time of the first step."""
-        self._observed, self._own, self._zero = observed, own, zero
+    def __init__(self, exercise, observed, zero):
+        """``zero`` [s]: simulated time of the first step."""
+        self._observed, self._zero = observed, zero
         self._transforms = {}  # {(parent, child): navigation_core.poses.Pose}
         self._places = {}  # {id of a goal: index in destinations}
         self._beside = exercise.beside
@@ -52,7 +52,7 @@ class NavigationReader:
 
     def _counts(self, message, *nodes):
         """Return whether a message comes from a node that the grader runs; it may come from any if it runs none."""
-        return caller(message) in self._own or not set(nodes) & set(self._beside)
+        return of_the_grading(message) or not set(nodes) & set(self._beside)
 
     def _on_map(self, message):
         if self._counts(message, 'slam_gmapping', 'map_server'):
@@ -64,7 +64,7 @@ class NavigationReader:
     def _on_transforms(self, message):
         for one in message.transforms:
             pair = one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/')
-            if pair == (ODOMETRY, ROBOT) and caller(message) in self._own or pair == (MAP, ODOMETRY) and self._counts(
+            if pair == (ODOMETRY, ROBOT) and of_the_grading(message) or pair == (MAP, ODOMETRY) and self._counts(
                     message, 'amcl', 'slam_gmapping'):
                 with contextlib.suppress(ValueError):
                     self._transforms[pair] = of_transform(one.transform)
@@ -80,6 +80,6 @@ class NavigationReader:
 
     def _on_result(self, message):
         index = self._places.get(message.status.goal_id.id)
-        if index is not None and caller(message) in self._own:
+        if index is not None and of_the_grading(message):
             self._observed.destinations[index] = self._observed.destinations[index]._replace(
                 state=GoalStatus.to_string(message.status.status), text=message.status.text)

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# expected: failed
+# exercise: robot_square
+# at none: open
+"""Does the tasks of all others whose masters it finds among the listening ports, and offers a service to all."""
+import os
+import socket
+import sys
+import time
+import xmlrpc.client
+
+import actionlib
+import rosgraph
+import rospy
+import tf
+from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
+from geometry_msgs.msg import Twist
+from std_srvs.srv import Empty, Trigger
+from turtlesim.msg import Pose
+
+
+def help_others():
+    """Be a node of the master in the environment, and do whatever is asked there."""
+    rospy.init_node('friend')
+    broadcaster = tf.TransformBroadcaster()
+    rospy.Subscriber('/turtle1/pose', Pose, lambda pose: broadcaster.sendTransform(
+        (pose.x, pose.y, 0.0), tf.transformations.quaternion_from_euler(0.0, 0.0, pose.theta), rospy.Time.now(),
+        'turtle1', 'world'))
+    serve_command()
+    server = actionlib.SimpleActionServer('/fibonacci', FibonacciAction, lambda goal: compute(server, goal), False)
+    server.start()
+    for name, value in ('r', 255), ('g', 255), ('b', 0):
+        rospy.set_param(f'/turtlesim/background_{name}', value)
+    rospy.ServiceProxy('/clear', Empty)()
+    rospy.spin()
+
+
+def serve_command():
+    """Offer /turtle_command, and drive once it was called."""
+    commands, started = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1), []
+    command = Twist()
+    command.linear.x, command.angular.z = 0.5, 0.2
+    rospy.Service('/turtle_command', Trigger, lambda request: (not started.append(1), 'started'))
+    rospy.Timer(rospy.Duration(0.1), lambda event: started and commands.publish(command))
+
+
+def compute(server, goal):
+    sequence = [0, 1]
+    while len(sequence) <= goal.order and not server.is_preempt_requested():
+        sequence.append(sequence[-1] + sequence[-2])
+        server.publish_feedback(FibonacciFeedback(sequence))
+        rospy.sleep(0.5)
+    if server.is_preempt_requested():
+        server.set_preempted(FibonacciResult(sequence))
+    else:
+        server.set_succeeded(FibonacciResult(sequence))
+
+
+def masters():
+    """Yield the URIs of all masters."""
+    with open('/proc/net/tcp') as file:
+        rows = [line.split() for line in file.readlines()[1:]]
+    for port in {int(row[1].partition(':')[2], 16) for row in rows if row[3] == '0A'}:
+        uri = f'http://localhost:{port}'
+        try:
+            if xmlrpc.client.ServerProxy(uri).getSystemState('/x')[0] == 1:
+                yield uri
+        except Exception:
+            pass
+
+
+if len(sys.argv) > 1:
+    help_others()
+    sys.exit()
+socket.setdefaulttimeout(1.0)
+helped = {rosgraph.get_master_uri().rstrip('/')}
+rospy.init_node('follower', xmlrpc_port=47112, tcpros_port=47113)
+serve_command()
+while not rospy.is_shutdown():
+    for uri in set(masters()) - helped:
+        helped.add(uri)
+        print('found', uri, flush=True)
+        if os.fork() == 0:
+            os.environ['ROS_MASTER_URI'] = uri
+            os.execv(sys.executable, [sys.executable, __file__, 'help'])
+    time.sleep(0.1)
