@@ -1,15 +1,17 @@
-"""The compiled steps of the detector (vision/alvar_core/native), and the thresholds that they use.
+"""The compiled steps of the detector (vision/alvar_core/native; documented in _native.pyi), and their thresholds.
 
 They are built by catkin and by pip. On a processor with AVX2 and FMA, those that use them are loaded.
 """
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 
 from alvar_core.detection import thresholds
+
+__all__ = ['limit', 'steps']
 
 AVX2, FMA3 = 11, 12  # of cv2.checkHardwareSupport; OpenCV 5 has no names for them
 
@@ -29,5 +31,8 @@ def _load() -> Any:
                       'Without it, type: python3 -m pip install vision/alvar_core')
 
 
-steps = _load()
+if TYPE_CHECKING:
+    from alvar_core import _native as steps
+else:
+    steps = _load()
 limit = steps.Thresholds(thresholds)
