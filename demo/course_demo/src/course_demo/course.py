@@ -6,13 +6,15 @@ only: ``play(harness)`` returns the Measurements.
 import contextlib
 import math
 import re
+import time
 from typing import Callable, NamedTuple
 
 import rosservice
+from geometry_msgs.msg import Twist
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
 from course_demo.core import track_metrics
-from course_demo.harness import CENTRE, EXACT, STEP_TIMEOUT, DemoError
+from course_demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError, Recorder
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
@@ -62,13 +64,15 @@ def ended_by_itself(process, timeout):
 
 
 def first_publisher(harness):
+    commands = Recorder('turtle1/cmd_vel', Twist, lambda _: time.monotonic())
     node = harness.rosrun('velocity_publisher.py')
     harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not start to move',
                   STEP_TIMEOUT, node)
     harness.set_rate(CIRCLE_RATE)
     harness.until(lambda: track_metrics.turned(harness.seen.track) > math.tau, 'the turtle does not close the circle',
                   CIRCLE_TIMEOUT, node)
-    times, speed = harness.seen.commands, track_metrics.top_speed(harness.seen.track)
+    commands.end()
+    times, speed = commands.entries, track_metrics.top_speed(harness.seen.track)
     harness.set_rate(1.0)
     node.interrupt()
     node.wait(STEP_TIMEOUT)

@@ -15,7 +15,6 @@ import time
 import cv2
 import roslib.packages
 import rospy
-from geometry_msgs.msg import Twist
 from sim_ros.srv import SetRate
 from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Color, Pose
@@ -77,16 +76,18 @@ class Recorder:
 
 
 class Observer:
-    """Records the motion of one turtle, from its topics alone."""
+    """Records the motion of one turtle, from its poses and colours.
+
+    It does not subscribe to cmd_vel, so that a program that waits for a subscriber there waits for the simulator.
+    """
 
     def __init__(self, turtle):
         self._poses = Recorder(f'{turtle}/pose', Pose, lambda pose: pose)
         self._colours = Recorder(f'{turtle}/color_sensor', Color, lambda colour: (colour.r, colour.g, colour.b))
-        self._commands = Recorder(f'{turtle}/cmd_vel', Twist, lambda _: time.monotonic())
 
     def clear(self):
         """Discard everything recorded so far."""
-        for recorder in (self._poses, self._colours, self._commands):
+        for recorder in (self._poses, self._colours):
             recorder.entries.clear()
 
     @property
@@ -98,11 +99,6 @@ class Observer:
     def colours(self):
         """Return the colour sensor's readings (r, g, b), in order."""
         return list(self._colours.entries)
-
-    @property
-    def commands(self):
-        """Return the times [s, monotonic] at which velocities were sent to the turtle."""
-        return list(self._commands.entries)
 
 
 class DemoHarness:
