@@ -73,13 +73,15 @@ def examine(folder: str, machine: Machine) -> Tuple[List[Finding], List[str]]:
     return sorted(found, key=lambda finding: not finding.fails), _summary(needs, there, missing, debian)
 
 
-def _summary(needs: Needs, there: Machinery, missing: Iterable[str], debian: Dict[str, List[str]]) -> List[str]:
+def _summary(needs: Needs, there: Machinery, missing: Dict[str, List[str]],
+             debian: Dict[str, List[str]]) -> List[str]:
     names = {name for name, _ in needs.needs}
     lines = [f'Packages here: {_some(needs.packages) or "none, there is no package.xml"}.']
     if names & there.stand_ins - set(missing):
         lines.append(f'Stand-ins of this repository: {_some(names & there.stand_ins - set(missing))}.')
     if needs.launch_files:
-        lines += _launch_lines(needs, set(missing), {name for name in missing if debian[name]})
+        lacked = {name for name, kinds in missing.items() if RUN in kinds}  # others may lack only its headers
+        lines += _launch_lines(needs, lacked, {name for name in lacked if debian[name]})
     wanted = sorted({package for packages_ in debian.values() for package in packages_})
     if wanted:
         lines.append(f'All at once: sudo apt-get install --no-install-recommends {" ".join(wanted)}')

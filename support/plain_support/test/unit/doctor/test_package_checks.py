@@ -114,6 +114,16 @@ def test_a_folder_is_examined(package, tmp_path, monkeypatch):
                      'All at once: sudo apt-get install --no-install-recommends rviz']
 
 
+def test_a_launch_file_needs_no_headers(package, tmp_path, monkeypatch):
+    package({'mine/package.xml': XML, 'mine/CMakeLists.txt': 'find_package(catkin REQUIRED COMPONENTS publisher)',
+             'mine/a.launch': '<node pkg="publisher"/>'})
+    there = THERE._replace(packages={'publisher'}, headers={'catkin'})
+    monkeypatch.setattr(package_checks, '_machinery', lambda *_: there)
+    monkeypatch.setattr(package_checks, 'offered', lambda names: [])
+    found, lines = package_checks.examine(str(tmp_path), Machine({}, '', ''))
+    assert len(found) == 1 and '1 of 1 launch files find all their packages.' in lines
+
+
 def test_a_package_is_found_by_its_name(tmp_path):
     (tmp_path / 'mine').mkdir()
     (tmp_path / 'mine' / 'package.xml').write_text(XML)
