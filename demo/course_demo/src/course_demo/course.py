@@ -14,7 +14,7 @@ from geometry_msgs.msg import Twist
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
 from course_demo.core import track_metrics
-from course_demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError, Recorder
+from course_demo.harness import CENTRE, EXACT, STEP_TIMEOUT, DemoError, Recorder
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
