@@ -21,6 +21,7 @@ COPIED = (  # files, and folders with all that is in them
     'docs/browser.md', 'docs/exercise_files.md', 'docs/exercise_sheet.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
+SOLVES = 'navigation/robotont_navigation/scripts/patrol.py',  # of packages that are copied
 LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\
@@ -65,9 +66,12 @@ def copy(target):
     (target / 'README.md').write_text(README, encoding='utf-8')
     (target / MARK).write_text('This is a copy of turtle_robotont without the solutions of its exercises, made by '
                                './run link --without-solutions.\n', encoding='utf-8')
-    build = target / 'CMakeLists.txt'
-    build.write_text(PROGRAM.sub(lambda match: match[0] if (target / 'scripts' / match[1]).exists() else '',
-                                 build.read_text(encoding='utf-8')), encoding='utf-8')
+    for name in SOLVES:
+        (target / name).unlink()
+    for folder in (target, *((target / name).parents[1] for name in SOLVES)):
+        build = folder / 'CMakeLists.txt'
+        build.write_text(PROGRAM.sub(lambda match, own=folder / 'scripts': match[0] if (own / match[1]).exists() else '',
+                                     build.read_text(encoding='utf-8')), encoding='utf-8')
     for page in target.rglob('*.md'):
         page.write_text(_without_dead_links(page.read_text(encoding='utf-8'), page.parent), encoding='utf-8')
 
