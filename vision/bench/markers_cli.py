@@ -93,7 +93,8 @@ def run(folder, repeats=1, look=None, **options):
 def main(arguments=None):
     """Run the command; return the exit status."""
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
-    parser.add_argument('folder', help='folder with frames.json')
+    parser.add_argument('folder', help='folder of images with a frames.json, which names them, their camera '
+                        '(K, D) and marker_size_m, such as test/data/alvar')
     parser.add_argument('--json', required=True, help='write the results here')
     parser.add_argument('--repeat', type=int, default=1, help='runs per frame; the median time counts')
     parser.add_argument('--gamma', type=_checked(float, checked_gamma),
@@ -119,7 +120,8 @@ def main(arguments=None):
     except KeyError as error:
         return _fail(f'{options.folder}/frames.json: {error} is missing')
     except OSError as error:
-        return _fail(f'{error.filename}: {error.strerror}')
+        hint = '; see ./run markers --help' if str(error.filename).endswith('frames.json') else ''
+        return _fail(f'{error.filename}: {error.strerror}{hint}')
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         return _fail(f'{options.folder}/frames.json: {error}')
     frames = results['frames'].values()

@@ -11,7 +11,8 @@ CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 
 
 @pytest.mark.parametrize('content, said', [
-    (None, 'frames.json: No such file or directory'), ('no JSON', 'frames.json: Expecting value'),
+    (None, 'frames.json: No such file or directory; see ./run markers --help'),
+    ('no JSON', 'frames.json: Expecting value'),
     ([], 'frames.json: it holds a list; it must be a mapping'), ({'frames': []}, "'cameras' is missing"),
     ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'file': 'a.png', 'camera': 'c'}]}, 'a.png cannot be read'),
     ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'camera': 'c'}]}, "'file' is missing"),
