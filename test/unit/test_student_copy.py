@@ -103,7 +103,7 @@ def test_the_package_is_built_with_catkin_make(src, tmp_path):
               if name == 'turtle_robotont' else [])))
     environment = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
                    'ROS_LANG_DISABLE': 'geneus:genlisp:gennodejs:gencpp'}
-    done = subprocess.run(['catkin_make'], cwd=tmp_path, env=environment, capture_output=True, text=True,
+    done = subprocess.run(['catkin_make', '-j2'], cwd=tmp_path, env=environment, capture_output=True, text=True,
                           timeout=BUILD_TIMEOUT, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / 'devel' / 'lib' / 'turtle_robotont' / 'grade.py').exists()

@@ -47,7 +47,7 @@ class Last(NamedTuple):
     outcome: str
     score: float
     reason: str
-    count: int
+    gradings: int
     at: float
 
 
@@ -71,8 +71,8 @@ class Board:
         except Refused:
             self.refused += 1
             raise
-        count = self._cells[place].count if place in self._cells else 0
-        self._cells[place] = last._replace(count=count + 1)
+        count = self._cells[place].gradings if place in self._cells else 0
+        self._cells[place] = last._replace(gradings=count + 1)
 
     def _limit(self, address: str) -> None:
         if len(self._times) > MAX_ADDRESSES:
@@ -117,7 +117,8 @@ def _cell(one: Any) -> Dict[str, str]:
     if one is None:
         return {'verdict': 'missing', 'text': '', 'reason': ''}
     text = one.outcome if one.outcome == scoring.UNDECIDED else f'{one.score:g}'
-    return {'verdict': one.outcome, 'text': text + (f' ({one.count}.)' if one.count > 1 else ''), 'reason': one.reason}
+    text += f' ({one.gradings}.)' if one.gradings > 1 else ''
+    return {'verdict': one.outcome, 'text': text, 'reason': one.reason}
 
 
 def _ago(seconds: float) -> str:
