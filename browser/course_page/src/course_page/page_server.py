@@ -29,6 +29,7 @@ from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from course_page import grading
+from course_page.marker_photo import MarkerPhoto, Photos
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from course_page.starter import Programs, Starter
 from rosapi import srv
@@ -170,11 +171,12 @@ class PageServer:
             [websocket_rule(Socket, clients), (r'/status', Status),
              (r'/log', Logged), (r'/programs', Programs), (r'/grading', grading.Gradings),
              (r'/grading/choices', grading.Choices), (r'/grading/path.png', grading.Picture),
+             (r'/marker_photo', MarkerPhoto),
              (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
             access=self._access, clients=clients, probe=Probe(), log=self._log, starter=self._starter,
-            grader=self._grader,
+            grader=self._grader, photos=Photos(),
             refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
             sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
             use_compression=False, ping_interval=PING, ping_timeout=PONG,

@@ -12,6 +12,8 @@ import subprocess
 import tempfile
 import urllib.request
 
+import cv2
+import numpy as np
 import rosgraph
 import rospy
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Twist
@@ -19,7 +21,10 @@ from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 from std_msgs.msg import Int32, String
+from std_srvs.srv import Trigger, TriggerResponse
 
+from alvar_core import drawing
+from rospy_support import images
 from rostest_support import browser
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
 
@@ -336,6 +341,38 @@ class PanelsTest(SimulatorCase):
         self.assertEqual(1, len(got['key']), 'keys for the trackbar are not keys for the program')
         trackbars.publish('no JSON')
         self.browser.until(lambda: not self.browser.find('main input[type=range]'), 'no trackbar')
+
+    def test_a_marker_that_is_not_found_is_explained(self):
+        """The tracker's words and picture, those of a photo that is made smaller, and a file that is no photo."""
+        said = f'1: its sides are faint {HOSTILE[:60]}'
+        tracker = rospy.Service('/tracker/explain', Trigger, lambda request: TriggerResponse(True, said))
+        self.addCleanup(tracker.shutdown)
+        self.open('markers')
+        self.until_text('No tracker runs', 'roslaunch turtle_robotont ar_control.launch')
+        drawn = rospy.Publisher('/tracker/explained_image', Image, latch=True, queue_size=1)
+        self.addCleanup(drawn.unregister)
+        drawn.publish(images.to_image(np.full((48, 64, 3), 128, np.uint8)))
+        self.press("Explain the camera's image")
+        self.until_text('1: its sides are faint <img src=x', 'rosservice call /tracker/explain')
+        self.until_picture(64, 48)
+        photo = np.full((2400, 3200), 200, np.uint8)
+        photo[800:1700, 1000:1900] = np.where(drawing.marker_image(7, 900) > 0, 230, 20)
+        path = os.path.join(self.files, 'photo.png')
+        cv2.imwrite(path, photo)
+        self.field('A photo of your own').send_keys(path)
+        self.until_text('The photo has 3200 x 2400 pixels; it was searched at 1600 x 1200.',
+                        '1: found as marker 7 (450 px')
+        self.until_picture(1600, 1200)
+        path = pathlib.Path(self.files, 'no_photo.jpg')
+        path.write_text(HOSTILE, encoding='utf-8')
+        self.field('A photo of your own').send_keys(str(path))
+        self.until_text('This browser cannot read that file as a picture. Save it as a JPEG or PNG')
+        self.assertNotIn('marker 7', self.text())
+
+    def until_picture(self, width, height):
+        image = 'document.querySelector("main .image-box img")'
+        self.browser.until(lambda: self.browser.evaluate(f'[{image}.naturalWidth, {image}.naturalHeight]')
+                           == [width, height], f'a picture of {width} x {height}')
 
     def test_a_course_step_is_marked_when_it_is_seen(self):
         self.open('course')

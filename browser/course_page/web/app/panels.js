@@ -7,6 +7,7 @@ export const PANELS = [
   {id: 'map', title: 'Map', group: 'Simulators', icon: 'M4 6l5-2 6 2 5-2v14l-5 2-6-2-5 2zM9 4v14M15 6v14'},
   {id: 'plot', title: 'Plot', group: 'Look', icon: 'M4 4v16h16M7 15l4-5 3 3 5-7'},
   {id: 'image', title: 'Image', group: 'Look', icon: 'M4 5h16v14H4zM4 16l5-5 4 4 3-3 4 4M15.5 9.500v.01'},
+  {id: 'markers', title: 'Markers', group: 'Look', icon: 'M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4M10 10a2 2 0 1 1 2.5 2c-.5.2-.5.6-.5 1.2M12 16v.01'},
   {id: 'console', title: 'Console', group: 'Look', icon: 'M4 5h16v14H4zM7 9l3 3-3 3M12 15h5'},
   {id: 'graph', title: 'Graph', group: 'ROS', icon: 'M6 8.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM18 14.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM6 20.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM8.3 7l7.4 4M8.3 17l7.4-4'},
   {id: 'topics', title: 'Topics', group: 'ROS', icon: 'M5 7h14M5 12h9M5 17h12'},

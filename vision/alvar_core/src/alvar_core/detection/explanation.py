@@ -105,6 +105,7 @@ OTHER_COLOUR = (90, 90, 90)
 MOST_UNREAD, MOST_EARLY = 5, 5  # listed candidates: the best that end at the code, the largest that end before it
 
 PANEL_WIDTH, LINE, TEXT = 640, 18, 0.45  # px; size of the letters
+NUMBERED_WIDTH = 800  # px of an image, from where on numbers grow with it
 
 
 @dataclass
@@ -166,11 +167,9 @@ class Explanation:
         said = f'there is no dark quadrilateral on something brighter; the nearest is {away:.0f} px away; of it: '
         return f'At {x:.0f}, {y:.0f}: {said if away else ""}{self._line(number, nearest)}'
 
-    def draw(self, image: Image) -> Image:
-        """Return a BGR image with the candidates' outlines and numbers, and the lines below it."""
+    def outlined(self, image: Image) -> Image:
+        """Return a BGR image with the candidates' outlines and numbers."""
         picture = image.copy() if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-        if picture.shape[1] < PANEL_WIDTH:  # the lines need this width
-            picture = cv2.copyMakeBorder(picture, 0, 0, 0, PANEL_WIDTH - picture.shape[1], cv2.BORDER_CONSTANT)
         for each in self.others:
             cv2.polylines(picture, [each.corners.round().astype(np.int32)], True, OTHER_COLOUR, 1, cv2.LINE_AA)
         for number, each in reversed(list(enumerate(self.candidates, 1))):
@@ -178,6 +177,13 @@ class Explanation:
                           3 if each.stage == FOUND else 2, cv2.LINE_AA)
             left, bottom = each.corners[:, 0].min(), each.corners[:, 1].max()
             _write(picture, str(number), left, bottom + LINE - 4, each.colour)
+        return picture
+
+    def draw(self, image: Image) -> Image:
+        """Return the image of ``outlined`` with the lines below it."""
+        picture = self.outlined(image)
+        if picture.shape[1] < PANEL_WIDTH:  # the lines need this width
+            picture = cv2.copyMakeBorder(picture, 0, 0, 0, PANEL_WIDTH - picture.shape[1], cv2.BORDER_CONSTANT)
         columns = int(picture.shape[1] / (17 * TEXT)) - 2
         rows = [(row, colour) for line, colour in zip(self.lines, self._colours())
                 for row in textwrap.wrap(line, columns, subsequent_indent='    ')]
@@ -261,6 +267,7 @@ def _alike(one: Candidate, other: Candidate) -> bool:
 
 def _write(picture: Image, text: str, x: float, y: float, colour: tuple[int, int, int]) -> None:
     """Write a number, dark around it, so that it is readable on any background."""
-    at = int(min(max(x, 2), picture.shape[1] - 20)), int(min(max(y, LINE), picture.shape[0] - 4))
+    larger = max(1.0, picture.shape[1] / NUMBERED_WIDTH)
+    at = int(min(max(x, 2), picture.shape[1] - 20 * larger)), int(min(max(y, LINE), picture.shape[0] - 4))
     for pen, ink in ((4, (0, 0, 0)), (1, colour)):
-        cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, ink, pen, cv2.LINE_AA)
+        cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6 * larger, ink, round(pen * larger), cv2.LINE_AA)

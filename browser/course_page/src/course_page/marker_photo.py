@@ -1,0 +1,76 @@
+"""Why a marker is not found in a photo that a page sends: each photo is searched in a process of its own.
+
+Threading contract: everything runs in the loop's thread.
+"""
+import asyncio
+import contextlib
+import json
+import subprocess
+import sys
+
+from rosbridge_core import web
+
+COMMAND = sys.executable, '-m', 'alvar_core.detection.explained_photo'
+TIMEOUT = 30.0  # [s] for a photo
+MOST = 4  # photos that wait or are searched, one after the other
+
+
+class PhotoRefused(Exception):
+    """A photo that was not searched; ``code`` is that of HTTP, the text is for the user."""
+
+    def __init__(self, code, text):
+        super().__init__(text)
+        self.code = code
+
+
+class Photos:
+    """Explains one photo at a time; made in the loop's thread."""
+
+    def __init__(self, command=COMMAND, timeout=TIMEOUT):
+        self._command, self._timeout = command, timeout
+        self._turn, self._waiting = asyncio.Lock(), 0
+
+    async def explain(self, photo):
+        """Return the JSON of alvar_core.detection.explained_photo as bytes; raise PhotoRefused."""
+        if self._waiting >= MOST:
+            raise PhotoRefused(503, f'{MOST} photos are being searched already: try again in some seconds')
+        self._waiting += 1
+        try:
+            async with self._turn:
+                said = await self._run(photo)
+        finally:
+            self._waiting -= 1
+        try:
+            error = json.loads(said).get('error')
+        except ValueError:
+            error = 'The search of this photo failed: save it as a JPEG or PNG with another program, and try again'
+        if error:
+            raise PhotoRefused(422, error)
+        return said
+
+    async def _run(self, photo):
+        process = await asyncio.create_subprocess_exec(*self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        try:
+            return (await asyncio.wait_for(process.communicate(photo), self._timeout))[0]
+        except asyncio.TimeoutError:
+            raise PhotoRefused(422, f'The search took more than {self._timeout:g} s: send a smaller photo') from None
+        finally:
+            with contextlib.suppress(ProcessLookupError):  # it has ended
+                process.kill()
+
+
+class MarkerPhoto(web.Guarded):
+    """POST with a JPEG or PNG: why each candidate in it is a marker or not, as JSON ``lines`` and ``picture``."""
+
+    async def post(self):
+        """Answer, or say why the photo is refused."""
+        if self._finished:
+            return
+        try:
+            found = await self.settings['photos'].explain(self.request.body)
+        except PhotoRefused as refused:
+            self.refuse(refused.code, str(refused))
+        else:
+            self.set_header('Content-Type', 'application/json')
+            self.set_header('Cache-Control', 'no-store')
+            self.finish(found)
