@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import json
 import os
+import pathlib
 import re
 import sys
 import tempfile
@@ -34,12 +35,19 @@ def options_of(arguments):
     return parser.parse_known_args(arguments)
 
 
-def configuration(port):
-    """Return the settings of JupyterLab: its launcher opens the page, which listens at ``port``, as a tab."""
+def configuration(port, jupyter):
+    """Return the settings of JupyterLab: its launcher opens the page, which listens at ``port``, as a tab.
+
+    Its terminals are those of ./run shell, by a file in the workspace that holds ``jupyter``. By itself it would start
+    login shells, whose /etc/profile takes the workspace out of PATH.
+    """
+    rc_file = pathlib.Path(jupyter).absolute().parents[2] / 'shell.bash'
+    shell = ['bash', '--rcfile', str(rc_file), '-i'] if rc_file.exists() else ['bash']
     page = {'command': [], 'port': port, 'timeout': 20, 'new_browser_tab': False,
             'launcher_entry': {'title': TITLE}}
     return {'ServerProxy': {'servers': {'turtle_robotont': page}},
-            'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0},
+            'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0,
+                          'terminado_settings': {'shell_command': shell}},
             'LabApp': {'check_for_updates_class': 'jupyterlab.NeverCheckForUpdate', 'news_url': None}}
 
 
@@ -52,7 +60,7 @@ def main():
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_terminal_'))
         with open(os.path.join(folder, 'jupyter_server_config.json'), 'w', encoding='utf-8') as file:
-            json.dump(configuration(port), file)
+            json.dump(configuration(port, options.jupyter), file)
         if not running:
             stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}', f'--programs={options.folder}'],
                                                   os.path.join(folder, 'page.txt')))

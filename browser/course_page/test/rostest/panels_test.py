@@ -15,6 +15,7 @@ import urllib.request
 import cv2
 import numpy as np
 import rosgraph
+import rospkg
 import rospy
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid
@@ -35,6 +36,8 @@ AXE = '''(async () => {
     return JSON.stringify(violations.map(({id, nodes}) => [id, nodes.map(({html}) => html.slice(0, 200))]));
 })()'''
 ARROW_RIGHT = '\ue014'  # of WebDriver
+SOLUTION = pathlib.Path(__file__).resolve().parents[4] / 'test/data/submissions/publish_circle/right_typed.py'
+GRADING = 200.0  # [s] of wall time; an idle machine takes 10
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
 
 
@@ -135,6 +138,12 @@ class PanelsTest(SimulatorCase):
                 self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
                 self.browser.evaluate(f'{axe}; void 0')
                 self.assertEqual([], json.loads(self.browser.evaluate(AXE)), f'{panel} at {width} px')
+        self.browser.resize(1440, 900)
+        self.open('topics?beside=nodes,plot,console')
+        self.until_text('/turtle1 (3)', 'Nothing to plot yet')
+        self.browser.find('.layouts summary')[0].click()
+        self.browser.evaluate(f'{axe}; void 0')
+        self.assertEqual([], json.loads(self.browser.evaluate(AXE)), 'four panels')
 
     def test_a_topic_shows_its_values_until_its_panel_is_left(self):
         self.open('topics')
@@ -393,6 +402,38 @@ class PanelsTest(SimulatorCase):
         self.until_text('The course, continued')
         self.assertTrue(self.browser.find('[aria-label="Step 20 is done"]')[0].is_selected())
         self.assertFalse(self.browser.find('[aria-label="Step 9 is done"]')[0].is_selected())
+
+    def test_a_program_is_graded_on_a_master_of_its_own(self):
+        program = pathlib.Path(rospkg.get_ros_home(), 'my_circle.py')  # where roslaunch has started the server
+        self.addCleanup(program.unlink)
+        shutil.copy(SOLUTION, program)
+        nodes = rosgraph.Master('/test').getSystemState()
+        self.open('grade?exercise=publish_circle')
+        self.until_text('logs each command', 'my_circle.py')
+        self.field('Program').send_keys('my_circle')
+        self.press('Grade')
+        self.browser.until(lambda: 'passed, 100 of 100' in self.text(), 'the verdict', GRADING)
+        self.until_text('40 of 40', f'-- {program}')
+        self.assertEqual(nodes[2], rosgraph.Master('/test').getSystemState()[2])
+        self.open('grade')
+        self.until_text('passed, 100 of 100')  # a new page shows it, too
+
+    def test_a_layout_keeps_panels_and_what_they_show(self):
+        self.open('turtle')
+        for panel in ('Plot', 'Graph', 'Nodes'):
+            self.browser.find('.beside-choice')[0].send_keys(panel)
+            self.browser.until(lambda panel=panel: panel in [one.text for one in self.browser.find('aside h1')], panel)
+        self.fill('Field', '/turtle1/pose/x\n')
+        self.until_text('5.544445')
+        self.browser.find('.layouts summary')[0].click()
+        self.browser.find('.layouts input')[0].send_keys('mine\n')
+        self.press('Close Graph')
+        self.browser.until(lambda: 'Graph' not in [one.text for one in self.browser.find('aside h1')], 'it closes')
+        self.open('topics')
+        self.browser.find('.layouts summary')[0].click()
+        self.browser.until(lambda: [one for one in self.browser.find('.layouts a') if one.text == 'mine'],
+                           'the layout')[0].click()
+        self.until_text('Turtle', 'Plot', 'Graph', 'Nodes', '5.544445')
 
     # rqt's programs
 

@@ -38,6 +38,12 @@ def test_what_ends_it_is_shown_with_the_settings(tmp_path, monkeypatch):
     assert f'--ServerApp.root_dir={tmp_path}' in said
 
 
-def test_settings_are_json():
-    page = json.loads(json.dumps(terminal.configuration(8123)))['ServerProxy']['servers']['turtle_robotont']
+def test_settings_are_json(tmp_path):
+    jupyter = tmp_path / 'terminal' / 'bin' / 'jupyter'
+    settings = json.loads(json.dumps(terminal.configuration(8123, str(jupyter))))
+    page = settings['ServerProxy']['servers']['turtle_robotont']
+    assert settings['ServerApp']['terminado_settings'] == {'shell_command': ['bash']}  # no workspace of ./run
+    (tmp_path / 'shell.bash').write_text('')
+    shell = terminal.configuration(8123, str(jupyter))['ServerApp']['terminado_settings']['shell_command']
+    assert shell == ['bash', '--rcfile', str(tmp_path / 'shell.bash'), '-i']
     assert (page['port'], page['command'], page['new_browser_tab']) == (8123, [], False)

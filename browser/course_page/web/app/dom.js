@@ -20,6 +20,13 @@ export function svg(name, properties = {}, ...children) {
   return element;
 }
 
+// Return a drawing of 24 x 24 made of lines.
+export function icon(path) {
+  return svg('svg', {viewBox: '0 0 24 24', class: 'icon', 'aria-hidden': 'true'}, svg('path', {d: path}));
+}
+
+export const CROSS = 'M6 6l12 12M18 6L6 18';
+
 // Replace the content of an element.
 export function fill(element, ...children) {
   element.replaceChildren();

@@ -1,6 +1,6 @@
 // Layouts: panels side by side with what they show, saved under a name in this browser.
 import {besideOf, parseAddress} from './address.js';
-import {el, fill} from './dom.js';
+import {CROSS, el, fill, icon} from './dom.js';
 
 const KEY = 'layouts';
 const MOST = 30;
@@ -45,7 +45,7 @@ export function layoutMenu(titleOf) {
            class: 'plain', type: 'button', 'aria-label': `Delete the layout ${title}`, on: {click: () => {
              const {[title]: gone, ...others} = saved;
              write(others);
-           }}}, '×'))));
+           }}}, icon(CROSS)))));
   }
   const save = (event) => {
     event.preventDefault();

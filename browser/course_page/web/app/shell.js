@@ -1,7 +1,7 @@
 // The page around the panels: menu, addresses, states of the connection, messages.
 
 import {addressOf, besideOf, besideParameters, MOST_BESIDE, ownParameters, parseAddress} from './address.js';
-import {commandLine, el, fill, svg} from './dom.js';
+import {CROSS, commandLine, el, fill, icon} from './dom.js';
 import {layoutMenu} from './layouts.js';
 import {PANELS} from './panels.js';
 import {Rosapi} from './rosapi.js';
@@ -35,7 +35,7 @@ export function toast(text, level = 'info') {
   const toasts = find('toasts');
   const same = [...toasts.children].find((one) => one.firstChild.textContent === text);
   same?.remove();
-  const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => one.remove()}}, '×');
+  const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => one.remove()}}, icon(CROSS));
   const one = el('div', {class: `toast ${level}`}, el('span', {}, text), close);
   toasts.append(one);
   while (toasts.children.length > MAX_TOASTS) toasts.firstChild.remove();
@@ -210,7 +210,7 @@ function closeBeside(panel) {
     const {id, parameters} = parseAddress(location.hash);
     const others = besideOf(id, parameters).filter((one) => one !== panel.id);
     location.hash = addressOf(id, {...ownParameters(parameters), ...besideParameters(parameters, others)});
-  }}}, '×');
+  }}}, icon(CROSS));
 }
 
 function panelOf(id) {
@@ -234,11 +234,6 @@ function showLink(link) {
   const [box, there] = [menu.getBoundingClientRect(), link.getBoundingClientRect()];
   menu.scrollLeft += there.x + there.width / 2 - box.x - box.width / 2;
   menu.scrollTop += there.y + there.height / 2 - box.y - box.height / 2;
-}
-
-// Return a drawing of 24 x 24 made of lines.
-export function icon(path) {
-  return svg('svg', {viewBox: '0 0 24 24', class: 'icon', 'aria-hidden': 'true'}, svg('path', {d: path}));
 }
 
 function makeThemeButton() {

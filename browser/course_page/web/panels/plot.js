@@ -1,5 +1,5 @@
 // Plots of numeric fields.
-import {cssColour, el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {CROSS, cssColour, el, emptyState, fill, icon, styleSheet} from '../app/dom.js';
 import {button, choice, labelled, loadScript, Notice, save, Scope, setText, suggestions} from './lib/parts.js';
 import {expand, numbersAt, split} from './lib/fields.js';
 import {merge, Samples, summary, toCsv} from './lib/samples.js';
@@ -212,7 +212,7 @@ class PlotPanel {
       return el('tr', {}, el('th', {scope: 'row'}, el('span', {class: `mark series-${field.colour}`}),
         el('bdi', {}, clean(field.text, 200)), field.path === undefined
           ? el('p', {class: `small ${field.failed ? 'error' : 'muted'}`}, field.state || 'looking for the topic …') : null),
-      field.cells, el('td', {}, button('×', () => this._remove(field), {class: 'plain', 'aria-label': `Remove ${field.text}`})));
+      field.cells, el('td', {}, button(icon(CROSS), () => this._remove(field), {class: 'plain', 'aria-label': `Remove ${field.text}`})));
     }));
   }
 
