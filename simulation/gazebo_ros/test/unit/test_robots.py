@@ -76,6 +76,12 @@ def test_plugins_that_are_not_simulated_are_named():
     assert robot_of(text).warnings == ('the plugin libgazebo_ros_control.so is not simulated',)
 
 
+def test_a_rate_that_is_no_number_is_replaced_with_a_warning():
+    robot = robot_of(BURGER.replace('<updateRate>50', '<updateRate>${update_rate}'))
+    assert robot.drive.rate == 100.0 and any("'${update_rate}'; it must be a number" in line and '100 is used' in line
+                                             for line in robot.warnings)
+
+
 def test_a_tilted_laser_is_said_to_be_level():
     assert 'tilted' in robot_of(BURGER.replace('rpy="0 0 3.14159265"', 'rpy="0 0.5 0"')).warnings[0]
 

@@ -21,9 +21,9 @@ OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of th
     'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',
     'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
     'turtle_tf2_listener_wait.py'}
-BY_THEMSELVES = {  # nodes that only their own rostests start, as they need a device, a scene or a robot
-    'fake_localization', 'gazebo', 'gazebo_cameras', 'gzclient', 'gzserver', 'joy_node', 'uvc_camera_node',
-    'video_stream'}
+BY_THEMSELVES = {  # nodes that only their own rostests start, as they need a device, a scene, a robot or parameters
+    'arbotix_driver', 'fake_localization', 'gazebo', 'gazebo_cameras', 'gzclient', 'gzserver', 'joy_node',
+    'turtlebot_teleop_joy', 'turtlebot_teleop_key', 'uvc_camera_node', 'video_stream'}
 SHORT_LIVED = {'set_pen.py', 'spawn_model',  # calls once and ends, without the service after 10 s
                'map_saver'}  # writes one map and ends
 

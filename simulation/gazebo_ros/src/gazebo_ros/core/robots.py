@@ -316,7 +316,11 @@ class _Reader:
         return self._number(noise, 'stddev', 0.0, 0.0, 10.0)
 
     def _rate(self, element: Element, tag: str, default: float) -> float:
-        return min(self._number(element, tag, default, 0.0, 1e9), FASTEST)
+        try:
+            return min(self._number(element, tag, default, 0.0, 1e9), FASTEST)
+        except InvalidInput as error:  # Gazebo goes on, and public models have '${update_rate}'
+            self.warnings.append(f'{error}; {default:g} is used')
+            return default
 
     def _number(self, element: Element, tag: str, default: float, low: float, high: float) -> float:
         text = (element.findtext(tag) or '').strip()

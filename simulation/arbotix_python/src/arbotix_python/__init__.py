@@ -1,0 +1,1 @@
+"""A robot without hardware, as arbotix_driver with ~sim has it; see README.md."""
