@@ -12,7 +12,7 @@ import textwrap
 from course_grader.rules import exercise
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
-PAGES = 'course.md', 'course_next.md', 'course_navigation.md'
+PAGES = 'course.md', 'course_next.md', 'course_markers.md', 'course_navigation.md'
 WIDTH = 118  # characters of a line
 HEAD = '''\
 # Exercise sheet

@@ -70,7 +70,8 @@ def copy(target):
         (target / name).unlink()
     for folder in (target, *((target / name).parents[1] for name in SOLVES)):
         build = folder / 'CMakeLists.txt'
-        build.write_text(PROGRAM.sub(lambda match, own=folder / 'scripts': match[0] if (own / match[1]).exists() else '',
+        there = {path.name for path in folder.glob('scripts/*.py')}
+        build.write_text(PROGRAM.sub(lambda match, there=there: match[0] if match[1] in there else '',
                                      build.read_text(encoding='utf-8')), encoding='utf-8')
     for page in target.rglob('*.md'):
         page.write_text(_without_dead_links(page.read_text(encoding='utf-8'), page.parent), encoding='utf-8')

@@ -6,7 +6,7 @@ import pytest
 from collection import ros
 from collection.kinds import REPOSITORY
 
-PAGES = 'docs/course_next.md', 'docs/course.md', 'README.md'
+PAGES = 'docs/course_next.md', 'docs/course.md', 'docs/course_markers.md', 'README.md'
 
 
 @pytest.mark.release

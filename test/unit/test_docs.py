@@ -17,6 +17,7 @@ PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOS
          *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'grading' / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
 COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
+COURSE_MARKERS = REPOSITORY / 'docs' / 'course_markers.md'
 MAX_LINES, MAX_LINE = 140, 120  # of README.md
 MAX_BYTES = 1.5e6  # of the moving picture in README.md
 MAX_PROSE = 120  # [columns] of other pages, but for tables and code
@@ -24,12 +25,13 @@ MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.s
                    'moodle.csv', 'canvas.csv', 'similar.csv', 'marks.csv', 'deadlines.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/', 'mymap.yaml'}
-OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}
+OF_DEBIAN = {'cameracalibrator.py', 'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames',
+             'view_frames.py'}
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
 OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own')
 OF_THE_READER = {'turtlebot3_world.launch', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
-                 *(name for page in (REPOSITORY / 'docs' / 'course.md', COURSE_NEXT)
+                 *(name for page in (REPOSITORY / 'docs' / 'course.md', COURSE_NEXT, COURSE_MARKERS)
                    for pattern in (SAVED, GRADED, OWN) for name in pattern.findall(page.read_text(encoding='utf-8')))}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NUMBERED = list(REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*'))

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Distributed ROS as the course teaches it: robot and laptop as two network namespaces with a cable between them."""
 import os
+import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -10,6 +12,7 @@ from rostest_support.common import Process, run, skip, until
 
 ROBOT, LAPTOP, ELSEWHERE = '10.77.0.1', '10.77.0.2', '10.88.0.9'
 MASTER = f'http://{ROBOT}:11311'
+PAGE = pathlib.Path(__file__).resolve().parents[3] / 'docs' / 'course_markers.md'
 MARGIN = 1.0  # [s] of a loaded machine, for a stop to be seen
 
 
@@ -68,10 +71,13 @@ class TwoMachinesCase(unittest.TestCase):
         self.addCleanup(self.laptop.remove)
         self.addCleanup(self.robot.remove)
         connect(self.robot, self.laptop)
-        self.on(self.robot, 'roscore').wait_for_output('started core service')
-        self.simulating = self.on(self.robot, *self.simulator)
+        self.start_robot()
         self.seen = self.on(self.robot, 'rostopic', 'echo', '-p', self.topic)
         self.seen.wait_for_output(r'\n\d.*\n')
+
+    def start_robot(self):
+        self.on(self.robot, 'roscore').wait_for_output('started core service')
+        self.simulating = self.on(self.robot, *self.simulator)
 
     def on(self, machine, *command, **options):
         process = machine.start(*command, **options)
@@ -85,9 +91,9 @@ class TwoMachinesCase(unittest.TestCase):
         names = next(line for line in lines if line.startswith('%time')).strip().split(',')
         return float(complete.split(',')[names.index(f'field.{field}')])
 
-    def drive_and_pull_the_cable(self, *node):
+    def drive_and_pull_the_cable(self, *node, **options):
         start = self.newest(self.position)
-        self.on(self.laptop, *node)
+        self.on(self.laptop, *node, **options)
         until(lambda: self.newest(self.position) > start + 0.2, 'a robot that moves')
         self.laptop.do('ip', 'link', 'set', 'cable', 'down')
         self.addCleanup(self.laptop.do, 'ip', 'link', 'set', 'cable', 'up')  # nodes that end look for their master
@@ -129,6 +135,22 @@ class RobotTest(TwoMachinesCase):
         self.drive_with_a_wrong_ros_ip(*self.node, topic='/cmd_vel')
 
 
+class CoursePageTest(TwoMachinesCase):
+    """What step 34 of the course tells the reader to type on the robot, and on the laptop."""
+
+    topic, position, speed, watchdog = RobotTest.topic, RobotTest.position, RobotTest.speed, RobotTest.watchdog
+
+    def start_robot(self):
+        with open(PAGE, encoding='utf-8') as file:
+            step = file.read().partition('\n## 34. ')[2]
+        blocks = re.findall(r'^```(\w*)\n(.*?)^```$', step, re.MULTILINE | re.DOTALL)
+        on_robot, self.on_laptop = (text for language, text in blocks if not language)
+        self.on(self.robot, 'bash', '-c', on_robot, ros_ip=ELSEWHERE).wait_for_output('started core service')
+
+    def test_the_step_two_machines(self):
+        self.drive_and_pull_the_cable('bash', '-c', self.on_laptop, ros_ip=ELSEWHERE)
+
+
 def main(run_tests):
     """Call ``run_tests`` as root of a namespace, or skip the test where namespaces cannot be had."""
     as_root = [] if os.getuid() == 0 else ['unshare', '--user', '--map-root-user']
@@ -143,4 +165,4 @@ def main(run_tests):
 
 
 if __name__ == '__main__':
-    main(lambda: run(TurtleTest, RobotTest))
+    main(lambda: run(TurtleTest, RobotTest, CoursePageTest))

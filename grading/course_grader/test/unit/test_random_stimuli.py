@@ -94,7 +94,17 @@ def test_in_every_seed_the_first_distances_say_the_same(one, number):
             assert (left.nearest > right.nearest) == (gate > pose.y)
 
 
-@pytest.mark.parametrize('one, number', of_kind('tracker'))
+@pytest.mark.parametrize('one, number', of_kind('turns'))
+def test_in_every_seed_a_marker_is_turned_to_both_sides(one, number):
+    """Of 13 poses 3 have no marker; all pairs of signs of roll and pitch occur, and a quaternion's part is no angle."""
+    for poses in drawn(one, number):
+        turned = [pose for pose in poses if pose]
+        assert (len(poses), len(turned), poses[1]) == (13, 10, None)
+        assert len({(roll > 0.0, pitch > 0.0) for roll, pitch, _ in turned}) == 4
+        assert all(0.15 <= abs(angle) <= 0.5 for roll, pitch, _ in turned for angle in (roll, pitch))
+
+
+@pytest.mark.parametrize('one, number', [param for param in of_kind('tracker') if param.id != 'ar_maze'])
 def test_in_every_seed_the_robot_sees_the_marker(one, number):
     plan = world_format.parse(one.world)
     assert all(robot_sensors.in_view(at) for pose in starts(one)

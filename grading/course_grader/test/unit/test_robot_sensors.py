@@ -80,6 +80,23 @@ def test_where_a_marker_is(pose, position, seen):
     assert found[:2] == pytest.approx(position) and robot_sensors.in_view(found) == seen
 
 
+WALL = {'name': 'wall', 'x': 1.0, 'y': 0.0, 'yaw': 0.0, 'length': 0.1, 'width': 0.3, 'height': 0.5}
+
+
+@pytest.mark.parametrize('pose, yaw, boxes, seen', [
+    (Pose2D(0.0, 0.0, 0.0), 0.0, [], True),
+    (Pose2D(0.0, 0.0, 0.0), 0.0, [WALL], False),
+    (Pose2D(0.0, 0.5, -0.2), 0.0, [WALL], True),  # it looks past the wall
+    (Pose2D(0.0, 0.0, 0.0), 1.2, [], True),  # from 69 degrees
+    (Pose2D(0.0, 0.0, 0.0), 1.4, [], False),  # from 80 degrees: narrower than 18 % of its width
+    (Pose2D(4.0, 0.0, math.pi), 0.0, [], False),  # from behind
+])
+def test_a_marker_is_seen_from_the_front_and_not_through_walls(pose, yaw, boxes, seen):
+    panel = {'name': 'm', 'marker_id': 7, 'x': 2.0, 'y': 0.0, 'yaw': yaw}
+    plan = world_format.parse({'boxes': boxes, 'panels': [panel]})
+    assert list(robot_sensors.MarkerCamera(plan).seen(0.0, pose)) == [7] * seen
+
+
 def test_a_marker_that_moves():
     plan = world_format.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 1.0, 'y': 0.0, 'yaw': 0.0,
                                      'path': [[0, 1.0, 0.0, 0.0], [10, 2.0, 0.0, 0.0]]}]})
@@ -152,3 +169,52 @@ def test_the_worlds_of_exercises_are_those_of_the_course():
     world = yaml.safe_load((repository / 'simulation/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
         assert exercise.load(repository / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml').world == world
+
+
+TURNS = {'do': 'turns', 'for': '10 s'}
+POSES = [(0.2, 0.3, -0.9), (-0.3, -0.4, 0.5), (0.4, -0.2, 0.8), (math.nan,) * 3, (-0.5, 0.5, -0.2)]  # roll, pitch, yaw
+
+
+def turned(velocity):
+    """Return the Observed of a program with linear.x ``velocity(roll, pitch, yaw)``; None: no command."""
+    seen = Observed()
+    for number, angles in enumerate(POSES):
+        start = 2.0 * number
+        seen.sensed += [Sensed(start, what, angle) for what, angle in zip(('roll', 'pitch', 'yaw'), angles)]
+        value = velocity(*angles)
+        seen.commands += [Command(start + 0.1 * tick, value, 0.0, 0.0) for tick in range(6, 20) if value is not None]
+    return seen
+
+
+def zero_if_hidden(velocity):
+    return lambda *angles: 0.0 if math.isnan(angles[0]) else velocity(*angles)
+
+
+def quaternion_y(roll, pitch, yaw):
+    return (math.cos(roll / 2) * math.sin(pitch / 2) * math.cos(yaw / 2)
+            + math.sin(roll / 2) * math.cos(pitch / 2) * math.sin(yaw / 2))
+
+
+@pytest.mark.parametrize('velocity, right, said', [
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * pitch), True, 'about 0.50 times pitch; it fits in 4 of 4 poses'),
+    (lambda roll, pitch, yaw: None if math.isnan(roll) else 2.0 * pitch, True, '0 in 1 of 1 without a marker'),
+    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * pitch), False, 'it has the other sign than pitch: it is -0.50'),
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * roll), False, 'it follows roll, not pitch'),
+    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * yaw), False, 'it follows yaw, not pitch'),
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * abs(pitch)), False, 'and never negative'),
+    (zero_if_hidden(lambda roll, pitch, yaw: math.copysign(0.2, pitch)), False, 'it fits in 1 of 4'),
+    (zero_if_hidden(quaternion_y), False, 'it fits in'),
+    (lambda roll, pitch, yaw: 0.2 if math.isnan(roll) else 0.5 * pitch, False, 'it is 0 in 0 of 1'),
+    (lambda roll, pitch, yaw: 0.2, False, 'and never negative, and it is 0 in 0 of 1'),
+    (lambda roll, pitch, yaw: None, False, '0 commands'),
+])
+def test_steers(velocity, right, said):
+    reason = judged(turned(velocity), TURNS, check='steers', command='linear.x', by='pitch')
+    assert said in reason.seen and (reason.points == 100 if right else reason.points < 50), reason
+
+
+def test_steers_without_a_stimulus():
+    assert judged(Observed(), TURNS, check='steers', command='angular.z', by='roll').seen == \
+        'the program subscribes to no marker'
+    with pytest.raises(exercise.ExerciseError, match='needs a stimulus {do: turns'):
+        judged(Observed(), TRACKER, check='steers', command='angular.z', by='roll')

@@ -1,12 +1,13 @@
 """The repository's exercises on what right and wrong nodes did, driven in the real core: scores and their reasons."""
 import math
 import pathlib
+from types import SimpleNamespace
 
 import pytest
 import yaml
 
-from course_grader.rules import exercise, registry, scoring, symptoms
-from course_grader.rules.observation import Call, Event, ShownMarkers
+from course_grader.rules import exercise, registry, rules_output, scoring, symptoms
+from course_grader.rules.observation import Call, Event, Observed, OutputLine, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
@@ -232,6 +233,12 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('between_posts', lambda turtle: turtle.drive(10.0, 0.2), 'that comes as near as'),
     ('keep_distance', lambda turtle: turtle.drive(10.0, 0.2), 'the program subscribes to no sensor'),
     ('keep_centre', lambda turtle: turtle.drive(10.0, 0.0, 0.2), 'the program subscribes to no sensor'),
+    ('ar_remote_control', lambda turtle: turtle.wait(10.0), 'subscribes to no marker'),
+    ('ar_maze', lambda turtle: turtle.wait(10.0), 'it did not move'),
+    ('log_levels', lambda turtle: turtle.drive(7.0, 1.0, say=words), 'info from 6 m on'),
+    ('own_messages', lambda turtle: turtle.wait(3.0), 'the program serves nothing'),
+    ('own_messages', lambda turtle: turtle.observed.connections.add(('/greet', 'serves')), 'publishes nothing'),
+    ('own_messages', lambda turtle: turtle.observed.connections.add(('/person', 'publishes')), 'its type is unknown'),
     ('robot_turning', robot, '|angular.z| 0.00 rad/s'),
     ('robot_turning', lambda turtle: robot(turtle, linear=0.0, angular=0.3), 'linear.x 0.00 m/s'),
     ('robot_turning', lambda turtle: turtle.wait(10.0), '0 commands'),
@@ -296,6 +303,26 @@ def test_every_exercise_has_a_right_sample_and_three_wrong_ones():
 def test_shortcuts_score_nothing(event, said):
     decided = graded('robot_forward', lambda turtle: robot(turtle).observed.events.append(event))
     assert (decided.outcome, decided.score, decided.objections) == ('failed', 0.0, [said])
+
+
+@pytest.mark.parametrize('types, seen', [
+    ({'/person': 'topic_demo/Person'}, 'yes'), ({'/person': 'std_msgs/String'}, 'its type is std_msgs/String'),
+    ({'/person': 'a/Personal'}, 'its type is a/Personal'), ({}, 'its type is unknown')])
+def test_the_type_of_a_topic(types, seen):
+    observed = Observed(connections={('/person', 'publishes')}, types=types)
+    wanted = SimpleNamespace(topic='/person', role='publishes', type='Person')
+    result = rules_output.connects(observed, wanted)
+    assert (result.share, result.seen) == (float(seen == 'yes'), seen)
+    assert rules_output.connects(observed, SimpleNamespace(**{**vars(wanted), 'type': ''})).share == 1.0
+
+
+def test_the_level_of_a_line():
+    observed = Observed(lines=[OutputLine(1.0, 'x = 8.5 m', 'WARN'), OutputLine(2.0, 'x = 8.7 m'),
+                               OutputLine(3.0, 'x = 9.5 m', 'INFO')])
+    wanted = SimpleNamespace(pattern=r'\d', times=1, what='', level=None)
+    assert rules_output.prints(observed, wanted).seen.startswith('3 of 3 lines')
+    assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'WARN'})).seen[:6] == '1 of 3'
+    assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'ERROR'})).share == 0.0
 
 
 def test_what_cannot_work_scores_nothing():

@@ -7,9 +7,9 @@ from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 from tf.transformations import quaternion_matrix
 
-from navigation_core.maps.grid_map import GridMap
 from navigation_core.planning.costmap import occupancy
 from navigation_core.poses import Pose
+from navigation_ros import grids
 from rospy_support.rotations import to_quaternion, yaw_of
 
 FIELDS = ('x', 'y', 'z')
@@ -64,13 +64,10 @@ def path_message(points, frame, stamp, heading=None):
 
 def grid_of(message):
     """Return the GridMap of a nav_msgs/OccupancyGrid; raise ValueError if it is not valid."""
-    info = message.info
-    if info.width * info.height != len(message.data) or not message.data:
-        raise ValueError(f'the map has {len(message.data)} cells instead of {info.width} x {info.height}')
-    origin = Pose(info.origin.position.x, info.origin.position.y, yaw_of(info.origin.orientation))
-    if abs(origin.yaw) > 1e-3:
-        raise ValueError(f'the origin of the map is turned by {math.degrees(origin.yaw):.1f} degrees; costmaps need 0')
-    return GridMap(np.array(message.data, np.int8).reshape(info.height, info.width), info.resolution, origin)
+    grid = grids.from_message(message)
+    if abs(grid.origin.yaw) > 1e-3:
+        raise ValueError(f'its origin is turned by {math.degrees(grid.origin.yaw):.1f} degrees; costmaps need 0')
+    return grid
 
 
 def costmap_message(costmap, frame, stamp):
@@ -89,6 +86,14 @@ def footprint_message(footprint, pose, frame, stamp):
     x, y = pose.to_outer(*footprint.points.T)
     return PolygonStamped(Header(stamp=stamp, frame_id=frame),
                           Polygon([Point32(float(each), float(other), 0.0) for each, other in zip(x, y)]))
+
+
+def measures(message):
+    """Return whether a LaserScan has a range that is one; inf is: nothing is near. Other messages always do."""
+    if not hasattr(message, 'ranges'):
+        return True
+    ranges = np.asarray(message.ranges, float)
+    return bool(np.any(np.isposinf(ranges) | (ranges >= message.range_min) & (ranges <= message.range_max)))
 
 
 def scan_points(scan, inf_is_valid):

@@ -16,10 +16,12 @@ from move_base.conversions import (
     footprint_message,
     grid_of,
     matrix_of,
+    measures,
     pose_of,
     scan_points,
 )
 from navigation_core.planning.costmap import Costmap, Inflation, static_layer
+from navigation_ros import grids
 from rospy_support.throttle import WallThrottle
 
 REMINDER = 5.0  # [s] of wall time between two equal warnings
@@ -34,18 +36,25 @@ class Sensor:
         """Subscribe."""
         self.source, self._throttle = source, throttle
         self._messages = collections.deque(maxlen=KEPT)
-        self._latest = None  # stamp of the last message
+        self._latest = None  # when the last message came that measures something
+        self._blind = None  # when the last one came that does not
         kind = LaserScan if source.data_type == 'LaserScan' else PointCloud2
         self._subscriber = rospy.Subscriber(source.topic, kind, self._store, queue_size=1)
 
     def _store(self, message):
-        self._messages.append(message)
-        self._latest = rospy.Time.now()
+        if measures(message):
+            self._messages.append(message)
+            self._latest = rospy.Time.now()
+        else:
+            self._blind = rospy.Time.now()
 
     def silence(self, now):
         """Return why the last message is too old, or ''."""
         allowed = max(SILENT, 2.0 * self.source.expected_update_rate)
         name = self._subscriber.resolved_name
+        if self._blind is not None and (self._latest is None or (now - self._latest).to_sec() > allowed) \
+                and (now - self._blind).to_sec() <= allowed:
+            return f'no range on {name} is a number from range_min to range_max: is the sensor covered, or at a wall?'
         if self._latest is None:
             return f'no message on {name} yet: start the sensor, or correct the topic of the observation source'
         past = (now - self._latest).to_sec()
@@ -105,7 +114,7 @@ class CostmapNode:
         elif kind == settings.STATIC:
             topic = rospy.get_param(f'~{space}/map_topic', 'map')
             self.map_topic = rospy.resolve_name(topic)
-            rospy.Subscriber(topic, OccupancyGrid, self._store_map, queue_size=1)
+            rospy.Subscriber(topic, grids.Grid, self._store_map, queue_size=1, buff_size=2 ** 25)
         else:
             self.sensors += [Sensor(source, self._throttle) for source in settings.sources(space)]
 

@@ -66,6 +66,8 @@ def from_message(message):
     info = message.info
     if not info.width * info.height or info.width * info.height > MAX_CELLS:
         raise ValueError(f'it has {info.width} x {info.height} cells; it must have 1 to {MAX_CELLS}')
+    if not 0.0 < info.resolution < float('inf'):
+        raise ValueError(f'its resolution is {info.resolution:g}; it must be more than 0 m for each cell')
     cells = np.asarray(message.data, np.int8)
     if cells.size != info.width * info.height:
         raise ValueError(f'it has {cells.size} values; {info.width} x {info.height} cells are stated')

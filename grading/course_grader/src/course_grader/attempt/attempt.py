@@ -526,6 +526,7 @@ class Attempt:
         """Record what the student's nodes publish, subscribe and serve, and which pretend to be the simulator."""
         try:
             published, subscribed, served = self._master.getSystemState()
+            self.observed.types.update(self._master.getTopicTypes())
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return
         own = self._own()

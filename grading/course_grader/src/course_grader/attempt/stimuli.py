@@ -5,6 +5,7 @@ Stimuli follow simulated time. Their random values are drawn before the observat
 Threads: each stimulus has its own, which only appends to lists.
 """
 import collections
+import math
 import threading
 
 import actionlib
@@ -16,10 +17,11 @@ from actionlib_tutorials.msg import FibonacciAction, FibonacciActionFeedback, Fi
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 
 from course_grader.rules import random_stimuli
-from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers, computed
+from course_grader.rules.observation import ANGLES, Call, Goal, Sensed, ShownMarkers, computed
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
+from rospy_support import rotations
 
 DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
@@ -28,6 +30,7 @@ GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until
 FEEDBACK_TIME = 1.0  # [s] after a result for feedback that it has overtaken: ROS orders no messages of two topics
 LONG_ORDER = 40  # of the goal that is cancelled
 POLL = 0.05  # [s]
+HELD, HELD_AT = 1, (0.8, 0.0, 0.1)  # the marker that is turned: its id, and its position [m]
 ROBOT = 'robotont'  # the vehicle of the simulator
 DISTANCES_EVERY, MARKERS_EVERY = 12, 16  # steps of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
 SPLITS = {  # message types of the distances in three sectors: their field names
@@ -150,6 +153,22 @@ class Stimuli:
                     publisher.publish(_message(markers))
                 rate.sleep()
 
+    def _turns(self, values, poses):
+        publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
+        while publisher.get_num_connections() == 0 and self._now() < values['for']:
+            rospy.sleep(POLL)
+        rate = rospy.Rate(TRACKER_RATE)
+        for pose in poses:
+            for what, angle in zip(ANGLES, pose or (math.nan,) * len(ANGLES)):
+                self._observed.sensed.append(Sensed(self._now() + self._observed.start, what, angle))
+            message = _message({} if pose is None else {HELD: HELD_AT})
+            for marker in message.markers:
+                marker.pose.pose.orientation = rotations.to_quaternion(*pose)
+            for _ in range(round(random_stimuli.LEG * TRACKER_RATE)):
+                message.header.stamp = rospy.Time.now()
+                publisher.publish(message)
+                rate.sleep()
+
     def _distances(self, values, _):
         from course_grader.rules import robot_sensors  # the original robotont_gazebo does not have these modules
         kind = self._type_of(values['topic'], values['for'])
@@ -175,13 +194,14 @@ class Stimuli:
     def _tracker(self, values, _):
         from course_grader.rules import robot_sensors
         plan, publisher = self._plan(), rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
+        camera = robot_sensors.MarkerCamera(plan)
 
         def publish(stamp, pose):
-            found = robot_sensors.markers(plan, stamp.to_sec() - BEGIN / 1e9, pose)
-            for x, y, _ in found.values():
+            seconds = stamp.to_sec() - BEGIN / 1e9
+            for x, y, _ in robot_sensors.markers(plan, seconds, pose).values():
                 self._note(stamp, 'marker ahead', x)
                 self._note(stamp, 'marker left', y)
-            publisher.publish(_message({number: at for number, at in found.items() if robot_sensors.in_view(at)}))
+            publisher.publish(_message(camera.seen(seconds, pose)))
         self._sense(values, MARKERS_EVERY, publish)
 
     def _plan(self):

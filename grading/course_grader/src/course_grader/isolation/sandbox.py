@@ -44,7 +44,7 @@ END_STAGES = processes.KILL  # at once: output after a request to end does not c
 FIND_PACKAGES = 'rosrun', 'roslaunch'  # programs that search the packages of a student
 SHELL_ENDINGS = '.sh', '.bash'
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
-ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # the prefix of a message that rospy logs
+ROSCONSOLE = re.compile(r'^\[ ?([A-Z]+)\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # the prefix of a message that rospy logs
 
 
 class ProcessLike(Protocol):
@@ -315,7 +315,9 @@ class Student:
             text = ANSI.sub('', raw[start:start + MAX_LINE_LENGTH].decode('utf-8', 'replace'))
             if text:
                 self._size += len(text)
-                self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
+                logged = ROSCONSOLE.match(text)
+                self.lines.append(OutputLine(self._now(), text[logged.end():], logged.group(1)) if logged else
+                                  OutputLine(self._now(), text))
 
     def exit_code(self) -> Optional[int]:
         """Return its exit code, or None while it runs; raise IsolationError if it was never started."""

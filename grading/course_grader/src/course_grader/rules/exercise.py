@@ -52,6 +52,9 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
         'rate': Parameter('rate', 2.0, 'how often they change'),
         'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
+    'turns': {
+        'for': Parameter('time', ..., 'how long'),
+        'topic': Parameter('name', '/ar_pose_marker', 'where')},
     'goals': {
         'action': Parameter('name', ..., 'its name'),
         'times': Parameter(tuple(range(1, 6)), 2, 'how many goals, besides the one that is cancelled'),
@@ -72,6 +75,8 @@ MEANINGS = {  # of the stimuli
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
     'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second '
                'with a pause before each change.',
+    'turns': 'The grader shows a marker and turns it: another roll, pitch and yaw every 2 s, every fourth time no '
+             'marker, in 8 messages a second.',
     'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
              'cancels the last goal after 1 s.',
     'carry': 'The grader carries the robot away, as somebody does who lifts it: its wheels do not turn.',
@@ -364,6 +369,8 @@ def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield f'needs a stimulus {{do: goals, action: {values["action"]}, ...}}: nobody sends goals to that action'
     if rule.name == 'repeats' and 'drive' not in done:
         yield 'needs a stimulus {do: drive, ...}: there is nothing to repeat'
+    if rule.name == 'steers' and 'turns' not in done:
+        yield 'needs a stimulus {do: turns, ...}: nothing shows the program an angle'
     if rule.name == 'keeps':
         needed = 'distances' if values['what'] == 'ahead' else 'tracker'
         if needed not in done:

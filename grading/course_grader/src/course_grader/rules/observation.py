@@ -13,6 +13,7 @@ from navigation_core.maps.grid_map import GridMap
 
 QUANTITIES = {'ahead': 'the distance ahead', 'marker ahead': 'the marker is ahead',
               'marker left': 'the marker is to the left'}  # of Sensed, by the name of each
+ANGLES = 'roll', 'pitch', 'yaw'  # of Sensed, of the marker that the grader turns [rad]; NaN: it shows none
 DRIVEN = 1e-3  # [m] by which rounding to float32 may lengthen a step
 
 
@@ -49,10 +50,11 @@ class Event(NamedTuple):
 
 
 class OutputLine(NamedTuple):
-    """A line that the node printed or logged."""
+    """A line that the node printed or logged, without what rospy puts before it."""
 
     t: float
     text: str
+    level: str = ''  # DEBUG, INFO, WARN, ERROR or FATAL of a line that rospy logged
 
 
 class Call(NamedTuple):
@@ -85,7 +87,7 @@ class Transform(NamedTuple):
 
 
 class Sensed(NamedTuple):
-    """A measurement of a sensor of the robot: one of QUANTITIES, and its value [m], NaN if unknown."""
+    """A measurement of a sensor of the robot: one of QUANTITIES [m] or ANGLES [rad], and its value, NaN if unknown."""
 
     t: float
     what: str
@@ -132,6 +134,7 @@ class Observed:
     calls: List[Call] = field(default_factory=list)
     shown: List[ShownMarkers] = field(default_factory=list)
     connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
+    types: Dict[str, str] = field(default_factory=dict)  # {topic: type}, as far as a node has told
     parameters: Dict[str, Any] = field(default_factory=dict)  # {name: last value} of those in checks
     transforms: List[Transform] = field(default_factory=list)
     turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those in checks

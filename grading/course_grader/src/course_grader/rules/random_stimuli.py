@@ -6,7 +6,7 @@ close to another one that it could print by mistake.
 import itertools
 import math
 import random
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import Span
@@ -15,12 +15,15 @@ Position = Tuple[float, float, float]
 MOVED = 'stops', 'passes', 'draws'  # checks whose points are shifted, too
 SHIFTED = 'panels', 'boxes', 'cylinders'  # lists of a world
 
-LEG = 2.0  # [s] for which a drawn velocity lasts
+LEG = 2.0  # [s] for which a drawn velocity, or the pose of a marker, lasts
 ORDERS = range(3, 8)  # of Fibonacci numbers
 IDS = range(20, 200)  # of markers; larger than counters and indices of a program
 MARKER_SPACE: Tuple[Span, Span, Span] = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
 MIN_DISTANCE = 0.06  # [m] between x of a marker and y or z of its neighbour, which may be printed with one decimal
 MAX_DRAWS = 50  # attempts to find such a number; beside many markers there may be none
+TILT: Span = (0.15, 0.5)  # [rad] to either side, of roll and pitch
+YAW: Span = (-1.0, 1.0)  # [rad] so large that a part of the quaternion is no measure of roll or pitch
+HIDDEN_EVERY = 4  # in this many poses, one without a marker
 MIDDLE = 0.6  # share of a section from which its number is drawn, so that two numbers are never close
 MIDDLE_OF_ARENA: Span = (4.0, 7.0)  # [m] where turtles start by default
 
@@ -60,7 +63,8 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
     """Draw values for each stimulus of an exercise: velocities, requests, or {id: position} of markers."""
     numbers = random.Random(seed)
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
-        'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders, 'carry': _poses,
+        'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders, 'turns': _turns,
+        'carry': _poses,
         'distances': lambda values, numbers: [], 'tracker': lambda values, numbers: []}
     return [draws[what](values, numbers) for what, values in exercise.stimuli]
 
@@ -77,6 +81,22 @@ def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple
 def _poses(values: Mapping[str, Any], numbers: random.Random) -> List[Position]:
     """Return the pose [m, m, rad] to which the robot is carried."""
     return [(numbers.uniform(*values['x']), numbers.uniform(*values['y']), numbers.uniform(*values['theta']))]
+
+
+def _turns(values: Mapping[str, Any], numbers: random.Random) -> List[Optional[Tuple[float, float, float]]]:
+    """Return (roll, pitch, yaw) [rad] of each pose, None for no marker; both signs of roll and pitch in all pairs."""
+    count = int(values['for'] / LEG)
+    signs = [(roll, pitch) for roll in (-1.0, 1.0) for pitch in (-1.0, 1.0)]
+    turned: List[Optional[Tuple[float, float, float]]] = []
+    pairs: List[Tuple[float, float]] = []
+    for number in range(count):
+        if number % HIDDEN_EVERY == 1:
+            turned.append(None)
+            continue
+        pairs = pairs or numbers.sample(signs, len(signs))
+        roll, pitch = pairs.pop()
+        turned.append((roll * numbers.uniform(*TILT), pitch * numbers.uniform(*TILT), numbers.uniform(*YAW)))
+    return turned
 
 
 def _orders(values: Mapping[str, Any], numbers: random.Random) -> List[int]:

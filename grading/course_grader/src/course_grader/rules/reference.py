@@ -99,7 +99,7 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if default is None:
         words = {'coordinate': 'not checked', 'number': 'any', 'value': 'any', 'pattern': 'any', 'check': 'any',
                  'colour': 'any'}
-        return words.get(str(kind), 'the middle')
+        return 'any' if isinstance(kind, tuple) else words.get(kind, 'the middle')
     if isinstance(default, bool):
         return str(default).lower()
     if kind == 'pattern':

@@ -4,7 +4,7 @@ from typing import Any, Dict, Mapping
 
 from course_grader.rules import fits, rules_driving, rules_navigation, rules_output, rules_state
 from course_grader.rules.judging import ANY, Parameter, Result, Rule
-from course_grader.rules.observation import QUANTITIES, Observed
+from course_grader.rules.observation import ANGLES, QUANTITIES, Observed
 
 RULES: Dict[str, Rule] = {
     'draws': Rule(rules_driving.draws, {
@@ -42,6 +42,10 @@ RULES: Dict[str, Rule] = {
         'tolerance': Parameter('length', 0.1, 'how far off it may be'),
         'last': Parameter('time', 5.0, 'how long at the end; the share of that time counts'),
         'swings': Parameter('number', None, 'how often linear.x may change its sign; no points beyond it')}),
+    'steers': Rule(rules_state.steers, {
+        'command': Parameter(tuple(rules_state.COMMANDS), ..., 'the velocity'),
+        'by': Parameter(ANGLES, ..., 'the angle of the marker that stimulus turns shows'),
+        'tolerance': Parameter('share', 0.1, 'how far off a velocity may be, as a share of the largest one')}),
     'positions': Rule(rules_driving.positions, {
         'count': Parameter('integer', ..., 'how many'),
         'apart': Parameter('length', 0.5, 'positions closer than this count as one'),
@@ -53,6 +57,7 @@ RULES: Dict[str, Rule] = {
     'prints': Rule(rules_output.prints, {
         'pattern': Parameter('pattern', ..., 'what has to be found in a line'),
         'times': Parameter('integer', 1, 'in how many lines'),
+        'level': Parameter(rules_output.LEVELS, None, 'only lines that were logged with this level'),
         'what': Parameter('text', '', 'what the report calls such a line; the pattern, if empty')}),
     'prints_poses': Rule(rules_output.prints_poses, {
         'fields': Parameter((2, 3), 2, '2: x and y; 3: theta as well'),
@@ -73,7 +78,8 @@ RULES: Dict[str, Rule] = {
                              'how it says so: by default with the word "no" or "none"')}),
     'connects': Rule(rules_output.connects, {
         'topic': Parameter('name', ..., 'name of the topic or service'),
-        'role': Parameter(('publishes', 'subscribes', 'serves'), ..., 'what it does with it')}),
+        'role': Parameter(('publishes', 'subscribes', 'serves'), ..., 'what it does with it'),
+        'type': Parameter('text', '', 'the name of the type of a topic, in any package; any, if empty')}),
     'parameter': Rule(rules_state.parameter, {
         'name': Parameter('name', ..., 'full name of the parameter'),
         'value': Parameter('value', None, 'a number, a text, true or false')}),

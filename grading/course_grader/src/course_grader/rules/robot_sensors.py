@@ -18,6 +18,8 @@ from kinematic_core.worlds.sectors import Sectors, floor_depth, split
 RAYS = 181  # half a degree apart
 FLOOR = floor_depth(CAMERA_Z, PinholeCamera().focal)  # [m]
 NEAREST_MARKER = 0.2  # [m] ahead
+MIN_FRONT = 0.3  # cosine of the angle from which a marker is seen, as the tracker sees it: up to 72 degrees
+BESIDE = 0.1  # [m] that a marker's own board or wall may be before its middle
 
 
 class DistanceSensor:
@@ -46,5 +48,26 @@ def markers(plan: FloorPlan, time: float, pose: Pose2D) -> Dict[int, Tuple[float
 
 
 def in_view(position: Tuple[float, float, float]) -> bool:
-    """Return whether the camera sees a position (ahead, left, up) [m]."""
+    """Return whether the camera's image contains a position (ahead, left, up) [m]."""
     return position[0] > NEAREST_MARKER and abs(position[1]) < position[0] * math.tan(HORIZONTAL_FOV / 2.0)
+
+
+class MarkerCamera:
+    """The markers of a world that the camera sees: in its image, from the front, and not behind something."""
+
+    def __init__(self, plan: FloorPlan) -> None:
+        self._plan, self._ray = plan, RayCaster(plan, CAMERA_Z, np.zeros(1))
+
+    def seen(self, time: float, pose: Pose2D) -> Dict[int, Tuple[float, float, float]]:
+        """Return {id: (ahead, left, up) [m] of the camera}, ``time`` [s] after the start of the world."""
+        x, y = ahead(pose, CAMERA_X)
+        panels = {panel.marker_id: panel for panel in self._plan.at(time).panels}
+        found = {}
+        for marker, position in markers(self._plan, time, pose).items():
+            panel = panels[marker]
+            direction = math.atan2(panel.y - y, panel.x - x)
+            distance = math.hypot(panel.x - x, panel.y - y)
+            free = float(self._ray.ranges(x, y, direction)[0]) > distance - BESIDE
+            if in_view(position) and free and math.cos(direction - panel.yaw) > MIN_FRONT:
+                found[marker] = position
+        return found

@@ -18,6 +18,7 @@ from course_grader.rules.observation import Call, Goal, Observed, OutputLine, co
 from course_grader.rules.quantities import NUMBER
 
 MAX_EARLY = 0.1  # [s] by which a line may seem to precede its event
+LEVELS = 'DEBUG', 'INFO', 'WARN', 'ERROR', 'FATAL'  # of log messages, as rospy prints them
 MAX_LATE = 1.0  # [s] by which a line may follow the first message with its numbers, unless that is shown longer
 MAX_GAP = 0.1  # [s] at most between the lines of one message
 MAX_NUMBERS = 12  # in a line with a pose; a line with more is a guess
@@ -65,7 +66,8 @@ def _with_decimal_comma(judge: Judge) -> Judge:
 
 def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match a pattern."""
-    count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
+    count = sum(bool(re.search(wanted.pattern, line.text)) and wanted.level in (None, line.level)
+                for line in observed.lines)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
     seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
     return Result(min(1.0, count / wanted.times), asked, seen)
@@ -239,8 +241,10 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
     there = (wanted.topic, wanted.role) in observed.connections
     others = sorted(name for name, role in observed.connections if role == wanted.role)
     does = 'subscribes to' if wanted.role == 'subscribes' else wanted.role
-    return Result(float(there), f'the program {does} {wanted.topic}',
-                  'yes' if there else f'the program {does} {", ".join(others) or "nothing"}')
+    asked = f'the program {does} {wanted.topic}' + (f', of the type {wanted.type}' if wanted.type else '')
+    if there and wanted.type and observed.types.get(wanted.topic, '').rpartition('/')[2] != wanted.type:
+        return Result(0.0, asked, f'its type is {observed.types.get(wanted.topic, "unknown")}')
+    return Result(float(there), asked, 'yes' if there else f'the program {does} {", ".join(others) or "nothing"}')
 
 
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:

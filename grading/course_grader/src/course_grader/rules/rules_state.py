@@ -1,16 +1,23 @@
 """The rules about parameters, transforms, sensors and turtles other than turtle1; see judging.py."""
 import bisect
 import math
+import statistics
 from types import SimpleNamespace
-from typing import List
+from typing import Callable, Dict, List, NamedTuple
 
-from course_grader.rules.judging import ANY, Result, nearness, period, written
-from course_grader.rules.observation import QUANTITIES, Observed, Transform
+from course_grader.rules.judging import ANY, Result, counted, nearness, period, written
+from course_grader.rules.observation import ANGLES, QUANTITIES, Command, Observed, Sensed, Transform
 
 MAX_DELAY = 0.3  # [s] between a transform and its pose
 MAX_TURN = 0.15  # [rad] between the headings of transform and vehicle; in MAX_DELAY it turns by less than 0.3
 MAX_STEP = 0.5  # [m] between two poses of a driven turtle, even if poses are late
 STANDING = 1e-3  # [m/s] below it, a command neither drives forward nor backward
+REACTION = 0.5  # [s] after which a command must fit to a marker that was turned
+SMALLEST = 0.05  # [m/s or rad/s for each rad] a smaller factor does not steer
+ALIKE = 0.98  # correlation of a velocity with another angle, above which it follows that one
+COMMANDS: Dict[str, Callable[[Command], float]] = {
+    'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
+    'angular.z': lambda command: command.angular_z}
 STAY_TIME = 1.0  # [s] at the end for which a turtle must be beside turtle1
 
 
@@ -122,3 +129,64 @@ def follows(observed: Observed, wanted: SimpleNamespace) -> Result:
     apart = [math.hypot(one.x - leader.x, one.y - leader.y) for one, leader in zip(late, leaders)]
     share = sum(distance <= wanted.distance for distance in apart) / len(apart)
     return Result(share, asked, f'at the end it is {apart[-1]:.2f} m away')
+
+
+class _Held(NamedTuple):
+    """A pose in which the grader held the marker: its angles [rad], NaN for no marker, and the velocity then."""
+
+    angles: Dict[str, float]
+    velocity: float  # median of the commands, NaN if there are none
+
+
+def steers(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """A velocity is proportional to an angle of the marker that the grader turns, to both sides; 0 without a marker."""
+    asked = f'{wanted.command} proportional to {wanted.by}, with the same sign, and 0 without a marker'
+    held = _held(observed, wanted.command)
+    turned = [one for one in held if not math.isnan(one.angles[wanted.by])]
+    if not turned:
+        return Result(0.0, asked, 'the program subscribes to no marker')
+    if all(math.isnan(one.velocity) for one in held):
+        return Result(0.0, asked, '0 commands')
+    commanded = [one for one in turned if not math.isnan(one.velocity)]
+    if not commanded:
+        return Result(0.0, asked, 'no command while a marker is seen')
+    angles = [one.angles[wanted.by] for one in commanded]
+    factor = sum(angle * one.velocity for angle, one in zip(angles, commanded)) / max(1e-9, sum(a * a for a in angles))
+    other = _other_angle(commanded, wanted.by)
+    if other:
+        return Result(0.0, asked, f'it follows {other}, not {wanted.by}')
+    one_side = ', and never negative' if min(one.velocity for one in commanded) > -STANDING else ''
+    if factor < SMALLEST:
+        wrong = f'it has the other sign than {wanted.by}' if factor < -SMALLEST and not one_side else \
+            f'it does not follow {wanted.by}'
+        return Result(0.0, asked, f'{wrong}: it is {factor:.2f} times {wanted.by}{one_side}')
+    slack = wanted.tolerance * factor * max(map(abs, angles))
+    right = sum(abs(one.velocity - factor * one.angles[wanted.by]) <= slack for one in commanded)
+    hidden = [one for one in held if one not in turned]
+    still = sum(math.isnan(one.velocity) or abs(one.velocity) < STANDING for one in hidden)
+    seen = (f'about {factor:.2f} times {wanted.by}; it fits in {right} of {len(turned)} poses{one_side}, and it is 0 '
+            f'in {still} of {len(hidden)} without a marker')
+    return Result(counted(right + still, len(held)), asked, seen)
+
+
+def _held(observed: Observed, command: str) -> List[_Held]:
+    """Return the poses of the marker, with the velocities that the program commanded while it was held so."""
+    shown: Dict[str, List[Sensed]] = {what: [one for one in observed.sensed if one.what == what] for what in ANGLES}
+    starts = [one.t for one in shown[ANGLES[0]]]
+    ends = [*starts[1:], *([starts[-1] + (starts[-1] - starts[-2] if len(starts) > 1 else 2.0)] if starts else ())]
+    held = []
+    for number, (start, end) in enumerate(zip(starts, ends)):
+        given = [COMMANDS[command](one) for one in observed.commands if start + REACTION <= one.t < end]
+        held.append(_Held({what: shown[what][number].value for what in ANGLES},
+                          statistics.median(given) if given else math.nan))
+    return held
+
+
+def _other_angle(held: List[_Held], by: str) -> str:
+    """Return the angle other than ``by`` that the velocities are proportional to, or ''."""
+    def likeness(what: str) -> float:
+        angles, velocities = [one.angles[what] for one in held], [one.velocity for one in held]
+        size = math.sqrt(sum(a * a for a in angles) * sum(v * v for v in velocities))
+        return sum(a * v for a, v in zip(angles, velocities)) / size if size > 0.0 else 0.0
+    found = max((what for what in ANGLES if what != by), key=lambda what: abs(likeness(what)))
+    return found if abs(likeness(found)) > ALIKE else ''
