@@ -26,9 +26,9 @@ import rosgraph
 import rospy
 
 from course_grader.attempt import forked, static_analysis
+from course_grader.attempt.guard import Guard
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulator_link import SimulatorLink
-from course_grader.attempt.slave_guard import SlaveGuard
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
@@ -201,10 +201,11 @@ class Attempt:
         with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
                              [self._job.output]) as box:
             _set_environment(box.environment)
-            self._guard = SlaveGuard(box.user)
+            self._guard = Guard(box.user)
             self._start_master(box)
             self._guard.trust(self._master_process.pid)
             simulator = self._start_simulator(box)
+            self._guard.trust(simulator.pid)
             servers.protect()
             rospy_internals.poll_for_registration()
             rospy.init_node(self._node[1:], argv=[], disable_signals=True, disable_rostime=True)  # time: SimulatorLink
@@ -219,7 +220,7 @@ class Attempt:
     def _start_master(self, box):
         """Start a master, which ends with the sandbox."""
         try:
-            self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT)
+            self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT, self._guard.admits)
         except TimeoutError as error:
             raise TooSlow(str(error)) from None
         box.keep(self._master_process)
@@ -288,8 +289,7 @@ class Attempt:
         self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
-        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt, self._link,
-                                  reader.dt)
+        self._state = StateReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link, reader.dt)
         stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:
