@@ -31,7 +31,6 @@ SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
 BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
-FRIEND = 'a_friend'  # in the names of programs that are graded at the same time as a_friend.py
 QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
          'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
 SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
@@ -47,16 +46,16 @@ def bait(level):
     return f'{BAIT}.{levels.LEVELS.index(level)}'
 
 
-def make_class(folder, level, programs):
-    """Write the class of some programs; return {(student, exercise): (outcome, part of the reasons)}."""
+def make_class(folder, level, names):
+    """Write the class; return {(student, exercise): (outcome, part of the reasons)}."""
     folder.mkdir(parents=True)
     folder.chmod(0o700)  # as docs/grading.md advises
     shutil.copytree(HONEST, folder / 'honest')
     exercises = {path.stem for path in (GRADER / 'exercises').iterdir()}
     expected = {('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises}
-    for path in programs:
+    for path in sorted(PROGRAMS.iterdir()):
         about = told(path)
-        if level == levels.NONE and 'at none' in about:
+        if names and not any(name in path.name for name in names) or level == levels.NONE and 'at none' in about:
             continue
         student = folder / path.stem
         student.mkdir()
@@ -79,10 +78,10 @@ def listed(*folders):
             path.parts and path.is_file()}
 
 
-def check(level, folder, programs):
-    """Return the errors after grading a class of these programs at this level."""
+def check(level, folder, names):
+    """Return the errors after grading a class at this level."""
     shutil.rmtree(folder, ignore_errors=True)
-    expected = make_class(folder / 'class', level, programs)
+    expected = make_class(folder / 'class', level, names)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
     before = listed(folder / 'class', home, REPOSITORY / 'grading')
@@ -140,12 +139,7 @@ def main(arguments):
     if missing:
         print(f'SKIPPED: this machine cannot have the level {level}: {missing}')
         return 0
-    programs = [path for path in sorted(PROGRAMS.iterdir())
-                if not arguments[2:] or any(name in path.name for name in arguments[2:])]
-    friends = [path for path in programs if FRIEND in path.name]
-    groups = {'others': [path for path in programs if path not in friends],
-              'friends': [] if level == levels.NONE else friends}
-    wrong = [text for name, group in groups.items() if group for text in check(level, folder / name, group)]
+    wrong = check(level, folder, arguments[2:])
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: filled the
+# expected: failed: the program
 # exercise: stop_at_x
 """Registers names of 3 MB, which the master writes into its log."""
 import rosgraph

@@ -480,7 +480,8 @@ class Attempt:
         observed = self.observed
         if observed.ended_at is None and student.exit_code() is not None:
             student.drain()
-            observed.ended_at, observed.exit_code, observed.trouble = now, student.exit_code(), student.trouble()
+            observed.ended_at, observed.exit_code = now, student.exit_code()
+            observed.trouble = observed.trouble or student.trouble()
         return -1.0 if observed.ended_at is None else now - observed.ended_at
 
     def _settled(self, stimuli):
@@ -507,10 +508,18 @@ class Attempt:
 
     def _student_is_there(self):
         """Return whether a node of the student is running."""
-        state = self._master.getSystemState()
-        self._students = {node for kind in state for _, users in kind for node in users} - self._own()
+        self._students = {node for kind in self._names() for _, users in kind for node in users} - self._own()
         self._following = bool(self._students)
-        return self._following
+        return self._following or bool(self.observed.trouble)
+
+    def _names(self):
+        """Return what the nodes publish, subscribe and serve; record that it is too much to be read."""
+        try:
+            return self._master.getSystemState()
+        except ValueError:  # xmlrpc.client reads answers of at most 20 MB
+            self.observed.trouble = ('the program registered so many or so long names that the state of the master '
+                                     'cannot be read: it has more than 20 MB')
+            return [], [], []
 
     def _was_there(self):
         """Return whether a node of the student has ever run: the master logs even one that ends immediately."""
@@ -525,7 +534,7 @@ class Attempt:
     def _read_names(self):
         """Record what the student's nodes publish, subscribe and serve, and which pretend to be the simulator."""
         try:
-            published, subscribed, served = self._master.getSystemState()
+            published, subscribed, served = self._names()
             self.observed.types.update(self._master.getTopicTypes())
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return

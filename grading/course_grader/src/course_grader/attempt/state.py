@@ -35,7 +35,7 @@ class StateReader:
         """Record the values of the parameters; one that is not set keeps its last value."""
         master = rosgraph.Master(rospy.get_name())
         for name in self._names:
-            with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error, ValueError):  # too long
                 self._observed.parameters[name] = master.getParam(name)
 
     def _on_pose(self, track, steps, pose):
