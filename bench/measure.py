@@ -104,7 +104,7 @@ def parse(arguments):
         parser.error(f'--times: the suite {options.suite} repeats nothing that often; use the suites grading and hints')
     if options.sensitivity and not hasattr(suite, 'sensitivity'):
         parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; use the suite markers')
-    options.rounds = options.rounds or (1 if options.quick else ROUNDS)
+    options.rounds = options.rounds or (1 if options.quick else getattr(suite, 'ROUNDS', ROUNDS))
     about = f'{options.suite}_sensitivity' if options.sensitivity else options.suite
     options.json = options.json or default_json(about)
     return options, suite

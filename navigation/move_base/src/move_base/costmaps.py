@@ -50,11 +50,16 @@ class Sensor:
 
     def silence(self, now):
         """Return why the last message is too old, or ''."""
-        allowed = max(SILENT, 2.0 * self.source.expected_update_rate)
+        promised = self.source.expected_update_rate
+        allowed = max(SILENT, 2.0 * (promised or 0.0))
         name = self._subscriber.resolved_name
         if self._blind is not None and (self._latest is None or (now - self._latest).to_sec() > allowed) \
                 and (now - self._blind).to_sec() <= allowed:
             return f'no range on {name} is a number from range_min to range_max: is the sensor covered, or at a wall?'
+        if self._latest is None and promised == 0.0:  # as in the original: a robot without this sensor may drive
+            self._throttle.warn(f'unheard {name}', 'No message on %s yet; with expected_update_rate 0 the robot drives '
+                                'without it', name)
+            return ''
         if self._latest is None:
             return f'no message on {name} yet: start the sensor, or correct the topic of the observation source'
         past = (now - self._latest).to_sec()

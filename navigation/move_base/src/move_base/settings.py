@@ -2,7 +2,7 @@
 import ast
 import math
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import rospy
 
@@ -114,7 +114,7 @@ class Source(NamedTuple):
     max_obstacle_height: float
     obstacle_range: float
     raytrace_range: float
-    expected_update_rate: float
+    expected_update_rate: Optional[float]  # [s]; None: not given; 0: it may never be heard
 
 
 def error(name, value, wanted):
@@ -235,6 +235,8 @@ def sources(layer):
     found = []
     for name in _text(f'~{layer}/observation_sources', '').split():
         space = f'~{layer}/{name}/'
+        promised = number(f'{space}expected_update_rate', 0.0, 0.0) if rospy.has_param(
+            f'{space}expected_update_rate') else None
         found.append(Source(
             _text(f'{space}topic', name), _text(f'{space}data_type', 'PointCloud2' if 'data_type' not in
                                                rospy.get_param(f'~{layer}/{name}', {}) else '', DATA_TYPES),
@@ -243,5 +245,5 @@ def sources(layer):
             number(f'{space}max_obstacle_height', number(f'~{layer}/max_obstacle_height', 2.0)),
             number(f'{space}obstacle_range', number(f'~{layer}/obstacle_range', 2.5)),
             number(f'{space}raytrace_range', number(f'~{layer}/raytrace_range', 3.0)),
-            number(f'{space}expected_update_rate', 0.0, 0.0)))
+            promised))
     return found
