@@ -108,7 +108,9 @@ class Subject:
     def probe(self, module, task, **arguments):
         """Start a task of a probe (see probing.py), which prints one JSON document per line; return a Child."""
         command = [sys.executable, '-c', RUN_PROBE, module, task, json.dumps(arguments)]
-        env = dict(self._env, PYTHONPATH=os.pathsep.join(filter(None, sys.path)))
+        # A package of catkin that the bench has imported has put its sources first: compiled modules are not there
+        path = filter(None, [self._env.get('PYTHONPATH'), *sys.path])
+        env = dict(self._env, PYTHONPATH=os.pathsep.join(path))
         return Child(f'{module} {task}', command, env, self.folder, lines=True)
 
     def ask(self, node, module, task, patience=0.0, **arguments):

@@ -1,5 +1,6 @@
 """./run bench: suites, options, judgement and table; a probe that fails tells why. Nothing is measured."""
 import json
+import os
 import sys
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 import measure
 import mutations
 import report
+import session
 import suite_grading
 from course_grader.classes import submissions
 from figures import Figure, Target, judge, median, p95, rate_in_window
@@ -119,3 +121,13 @@ def test_a_peer_finds_the_packages_of_its_own_workspace(tmp_path, content, expec
         (tmp_path / '.catkin').write_text(content)
     found = package_path(str(tmp_path / 'lib' / 'turtlesim' / 'turtlesim_node'), '/ours')
     assert found == expected.replace('PREFIX', str(tmp_path))
+
+
+def test_a_probe_finds_compiled_modules_after_the_bench_has_imported_their_package(tmp_path, monkeypatch):
+    """The relays of a devel space put the sources of a package first, where no compiled module is."""
+    monkeypatch.setenv('PYTHONPATH', '/devel')
+    monkeypatch.setattr(sys, 'path', ['/sources', '/devel', *sys.path])
+    monkeypatch.setattr(session.Subject, 'start_master', lambda self: setattr(self, 'uri', 'http://localhost:1'))
+    monkeypatch.setattr(session, 'Child', lambda name, command, env, folder, lines: env)
+    env = session.Subject('ours', ['node'], str(tmp_path)).probe('module', 'task')
+    assert env['PYTHONPATH'].split(os.pathsep)[:2] == ['/devel', '/sources']

@@ -20,6 +20,8 @@ from markers_cli import detection_record
 from photo import with_gamma
 from processes import BenchError
 
+HEADS = ('corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false')
+COLUMNS = 1 + len(HEADS)  # of a tool in the table
 PER_CLASS = 24  # photos of each class, in each half
 LOOK_ALIKE_PHOTOS = 35  # for each photo of another class: 10,080 squares
 OFF, GOOD = 5.0, 2.0  # [degrees] error of a pose that must be flagged, and of one that must not
@@ -85,12 +87,12 @@ def table(results):
     """Return the table of {tool: {class: ClassScore}} as text: a group of columns for each tool."""
     head = ['class']
     for tool in results:
-        head += [f'{tool}: recall %', 'corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false']
+        head += [f'{tool}: recall %', *HEADS]
     rows = [head]
     for name in next(iter(results.values())):
         row = [name]
         for by_class in results.values():
-            row += _columns(by_class[name])
+            row += _columns(by_class[name]) if name in by_class else ['-'] * COLUMNS
         rows.append(row)
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
     lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]

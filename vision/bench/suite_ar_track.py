@@ -1,11 +1,24 @@
 """The bench of the marker tracker's node: time from an image to its message, rate and processor time.
 
 The time runs from the camera's publish() to the message at a subscriber. It includes the transport of the image, which
-the node cannot influence.
+the node cannot influence. ``video`` shows the node a video of a moving camera; ``detectors`` searches the frames of the
+same video without ROS, here and with OpenCV's ArUco.
 """
 
 import functools
+import json
+import os
+import tempfile
+import time
+from statistics import pstdev
 
+import cv2
+
+import course_video
+from alvar_core.camera import default_camera
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.tracker import Tracker
+from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, mean_rate, median, p95
 from processes import Cpu, tree_memory
 from session import FULL, QUICK, Measurement, answer, seconds_to_first
@@ -45,8 +58,80 @@ def watch(name, subject, scale):
             f'rate_{name}': [mean_rate(found['stamps'])], f'cpu_{name}': [used], f'memory_{name}': [memory]}
 
 
+VIDEO = f'video of a moving camera, {course_video.WIDTH}x{course_video.HEIGHT} bgr8, {course_video.RATE:g} Hz'
+LENGTHS = {True: 2, False: 10}  # [s] of the video, quick and in full
+
+
+_made = []  # the Video, the file of what it shows, and the folder, which is deleted at the end
+
+
+def _video(seconds):
+    """Return the Video and the file of what it shows."""
+    if not _made:
+        folder = tempfile.TemporaryDirectory(prefix='turtle_robotont_video_')
+        made = course_video.make(folder.name, seconds)
+        truth = os.path.join(folder.name, 'shown.json')
+        with open(truth, 'w', encoding='utf-8') as file:
+            json.dump(made.shown, file)
+        _made.extend([made, truth, folder])
+    return _made[:2]
+
+
+def video(subject, scale):
+    """Show a node the video of a moving camera, at its rate."""
+    made, truth = _video(LENGTHS[scale == QUICK])
+    seconds = LENGTHS[scale == QUICK]  # each frame about once
+    with subject.probe(PROBE, 'video', path=made.path, truth=truth, limit=course_video.RATE, seconds=seconds) as probe:
+        answer(probe, seconds)
+        with subject.node() as node:
+            for _ in ('first', 'begun'):
+                answer(probe, 0.0, node)
+            cpu = Cpu(node.pid)
+            timed = answer(probe, seconds, node)
+            used = cpu.percent()
+            found = answer(probe, seconds, node)
+    milliseconds = [1e3 * each for each in timed['times']]
+    return {'latency_video': milliseconds, 'jitter_video': [pstdev(milliseconds)], 'cpu_video': [used],
+            'rate_video': [mean_rate(timed['stamps'])], **_compared('video', found)}
+
+
+def _compared(key, found):
+    return {f'found_{key}': [100.0 * found['found'] / found['seen']], f'other_{key}': [found['other']],
+            f'off_{key}': found['off']}
+
+
+def detectors(_subject, scale):
+    """Search the frames of the video in turns with the tracker, the detector and ArUco; time their processor."""
+    cv2.setNumThreads(1)
+    made, _ = _video(LENGTHS[scale == QUICK])
+    camera, size = default_camera(course_video.WIDTH, course_video.HEIGHT), course_video.SIZE
+    tracker, detector, baseline = Tracker(Detector(size)), Detector(size), ArucoBaseline()
+    tools = {'tracker': lambda image: [(each.id, each.position) for each in tracker.update(image, camera)],
+             'detector': lambda image: [(each.id, each.position) for each in detector.detect(image, camera)],
+             'aruco': lambda image: [(each['id'], each['position']) for each in baseline.detect(image, camera, size)]}
+    answers, samples = {tool: [] for tool in tools}, {}
+    for image, shown in zip(course_video.frames_of(made.path), made.shown):
+        grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        for tool, detect in tools.items():
+            begun = time.thread_time()
+            found = detect(grey)
+            samples.setdefault(f'frame_cpu_{tool}', []).append(1e3 * (time.thread_time() - begun))
+            answers[tool].append((shown, found))
+    for tool in tools:
+        samples.update(_compared(tool, course_video.compared(answers[tool])))
+    return samples
+
+
 MEASUREMENTS = {'start': Measurement(start, 'start to first message'),
-                **{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()}}
+                **{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()},
+               'video': Measurement(video, VIDEO),
+               'detectors': Measurement(detectors, 'the frames of this video without ROS, beside ArUco',
+                                        in_process=True)}
+
+
+def preface(_pools):
+    """Return what the video is, as text."""
+    return f'Video: {len(_made[0].shown)} frames, {_made[0].codec}' if _made else ''
 
 
 def _figures():
@@ -60,4 +145,22 @@ def _figures():
         yield Figure(f'memory, {words}', f'memory_{name}', 'MB', median)
 
 
-FIGURES = (Figure('start to first message', 'start', 's', median, Target('below', 2.0)), *_figures())
+def _video_figures():
+    yield Figure(f'picture to message, {VIDEO}, median', 'latency_video', 'ms', median, Target('below', 15.0))
+    yield Figure(f'picture to message, {VIDEO}, p95', 'latency_video', 'ms', p95)
+    yield Figure(f'jitter (standard deviation of this time), {VIDEO}', 'jitter_video', 'ms', median)
+    yield Figure(f'rate, {VIDEO}', 'rate_video', 'Hz', median)
+    yield Figure(f'CPU, {VIDEO}', 'cpu_video', '% of a core', median)
+    for key, words in (('video', 'node'), ('tracker', 'tracker without ROS'), ('detector', 'each frame on its own'),
+                       ('aruco', 'ArUco')):
+        if key != 'video':
+            yield Figure(f'CPU of a frame, video, {words}, median', f'frame_cpu_{key}', 'ms', median)
+            yield Figure(f'CPU of a frame, video, {words}, p95', f'frame_cpu_{key}', 'ms', p95)
+        yield Figure(f'markers found, video, {words}', f'found_{key}', '%', median)
+        yield Figure(f'ids that are not there, video, {words}', f'other_{key}', 'in all', max,
+                     None if key == 'aruco' else Target('below', 1))
+        yield Figure(f'position error, video, {words}, median', f'off_{key}', '% of distance', median)
+
+
+FIGURES = (Figure('start to first message', 'start', 's', median, Target('below', 2.0)), *_figures(),
+           *_video_figures())

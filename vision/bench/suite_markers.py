@@ -278,7 +278,10 @@ def preface(pools):
         half = _classes.get('half', marker_classes.DEVELOPMENT)
         parts.append(f'By class, {half} half; median / 95th percentile; '
                      f'off: poses beyond {class_scores.OFF:.0f} degrees without a flag')
-        parts += [class_scores.table({tool: by_class}) + '\n' for tool, by_class in _classes['results'].items()]
+        results = dict(_classes['results'])
+        both = {tool: results.pop(tool) for tool in ('here', SHOWN) if tool in results}  # linear and gamma side by side
+        groups = both, *({tool: by_class} for tool, by_class in results.items())
+        parts += [class_scores.table(group) + '\n' for group in groups]
     return '\n'.join(part for part in parts if part)
 
 

@@ -82,3 +82,5 @@ def test_scores_count_corners_flags_and_rotations():
     empty = {name: class_scores.ClassScore() for name in (*KINDS, LOOK_ALIKES)}
     text = class_scores.table({'here': {**empty, 'even': score}})
     assert 'even           100.0' in text and '3.00 / 3.00' in text
+    both = class_scores.table({'here': {**empty, 'even': score}, 'gamma': {name: score for name in KINDS}})
+    assert both.count('3.00 / 3.00') == 1 + len(KINDS)  # side by side; a camera with a gamma is shown no look-alikes
