@@ -1,19 +1,26 @@
 """The page of browser.py in Chromium with software rendering on one core (see probing.py)."""
 import json
 import os
+import socket
+import struct
+import threading
 import time
 
 import rospy
 from turtlesim.msg import Drawing
 from turtlesim.srv import Spawn
 
-from probing import COME_UP, Silent, clock, say
+from probing import COME_UP, POLL, Silent, await_true, clock, say
 from rostest_support.browser import MISSING, Browser
+from rostest_support.websocket_client import WebSocket
 from turtlesim_probe import Receiver, drive
 
 PERIOD = 0.3  # [s] between two commands
 STROKES = 10000  # before the page is opened; each turtle draws one a step
 STEP = 0.016  # [s]
+HERE = '127.0.0.1'
+POSE = '/turtle1/pose'
+ON_THE_WAY = 3  # poses that one of two clients may have when they are counted
 SETTLE = 3.0  # [s] after the last panel was opened
 PANELS = '[...document.querySelectorAll("#menu a")].map(one => one.dataset.id)'
 MARK = 'performance.getEntriesByName("first picture").length'
@@ -56,6 +63,90 @@ def panels(port, seconds):
         start = len(receiver.stamps['turtle1'])
         time.sleep(seconds)
         say(stamps=receiver.stamps['turtle1'][start:], panels=len(names))
+
+
+def soak(port, count, seconds):
+    """Open many pages, each in a window of its own; report their heaps [MB] at the end, their growth since half of the
+    time, and how many poses a client beside them has lost.
+    """
+    _spawner()
+    drive(['turtle1'], turn=1.0, period=PERIOD)
+    places = '#/turtle', '#/plot?fields=/turtle1/pose/x'
+    if MISSING:
+        raise Silent(MISSING)
+    with Browser() as browser:
+        for number in range(count):
+            browser.driver.switch_to.new_window('window')
+            browser.get(f'http://localhost:{port}/{places[number % len(places)]}')
+            browser.until(lambda: browser.find('#link.good'), f'page {number + 1}')
+        handles = browser.driver.window_handles[1:]
+        witness, receiver = Witness(port), Receiver(['turtle1'])
+        heard, sent = len(witness.stamps), len(receiver.stamps['turtle1'])
+        time.sleep(seconds / 2)
+        before = [_heap(browser, handle) for handle in handles]
+        time.sleep(seconds / 2)
+        after = [_heap(browser, handle) for handle in handles]
+        sent, heard = len(receiver.stamps['turtle1']) - sent, len(witness.stamps) - heard
+    say(heap=after, grown=[late - early for early, late in zip(before, after)], lost=max(0, sent - heard - ON_THE_WAY))
+
+
+def _heap(browser, handle):
+    """Return what a page keeps in memory [MB]."""
+    browser.driver.switch_to.window(handle)
+    browser.devtools('HeapProfiler.collectGarbage')
+    return browser.devtools('Runtime.getHeapUsage')['usedSize'] / 1e6
+
+
+def _connected(port):
+    """Return a WebSocket to the server of the page, once it listens and has a master."""
+    deadline = clock() + COME_UP
+    while True:
+        try:
+            return WebSocket((HERE, port), COME_UP)
+        except OSError:
+            if clock() > deadline:
+                raise
+        time.sleep(POLL)
+
+
+class Witness:
+    """A client of the page's server that gets all poses of a turtle: ``stamps`` [s]."""
+
+    def __init__(self, port):
+        self.stamps = []
+        self._socket = _connected(port)
+        self._socket.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
+        threading.Thread(target=self._run, daemon=True).start()
+        await_true(lambda: self.stamps, COME_UP, 'a pose at the client beside the pages')
+
+    def _run(self):
+        while True:
+            for received in self._socket.frames():
+                if b'"publish"' in received:
+                    self.stamps.append(clock())
+
+
+def visitors(port, count, seconds):
+    """Let clients connect; one third closes the connection, one resets it, one reads nothing. Report the stamps [s] of
+    the poses of a client that only listens.
+    """
+    _spawner()
+    drive(['turtle1'], turn=1.0, period=PERIOD)
+    witness, stalled, start = Witness(port), [], clock()
+    witness.stamps.clear()
+    for number in range(count):
+        time.sleep(max(0.0, start + seconds * number / count - clock()))
+        client = WebSocket((HERE, port), COME_UP)
+        client.subscribe(POSE, 'turtlesim/Pose')
+        client.subscribe('/turtlesim/image_raw', 'sensor_msgs/Image')
+        if number % 3 == 0:
+            stalled.append(client)
+            continue
+        if number % 3 == 1:
+            client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))  # close() resets it
+        client.close()
+    time.sleep(SETTLE)
+    say(stamps=witness.stamps, stalled=len(stalled))
 
 
 def _one_core_browser():

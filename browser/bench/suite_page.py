@@ -14,6 +14,9 @@ EXECUTABLE = 'browser'
 PROBE = 'page_probe'
 PATIENCE = 60.0  # [s] more than for other probes: Chromium has to start
 TURTLES = 100
+PAGES = 30
+VISITORS = 200
+SOAK = 60  # windows that many pages stay open: 5 minutes of a full round
 FULL, QUICK = Scale(window=5.0), Scale(window=2.0)
 
 
@@ -37,8 +40,28 @@ def panels(subject, scale):
     return {'poses': [mean_rate(stamps)], 'gaps': [1e3 * gap for gap in intervals(stamps)]}
 
 
+def soak(subject, scale):
+    """Measure the memory of many pages, half of them with plots, and whether a client beside them gets all poses."""
+    port = free_port()
+    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
+        found = subject.ask(node, PROBE, 'soak', PATIENCE + 10.0 * PAGES + SOAK * scale.window, port=port, count=PAGES,
+                            seconds=SOAK * scale.window)
+    return {'heap': found['heap'], 'grown': found['grown'], 'lost': [found['lost']]}
+
+
+def visitors(subject, scale):
+    """Measure the poses at a page while others connect and close, stall without reading, or vanish."""
+    port = free_port()
+    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
+        found = subject.ask(node, PROBE, 'visitors', PATIENCE + 4.0 * scale.window, port=port, count=VISITORS,
+                            seconds=2.0 * scale.window)
+    return {'visited': [mean_rate(found['stamps'])], 'visit_gap': [1e3 * gap for gap in intervals(found['stamps'])]}
+
+
 MEASUREMENTS = {'turtles': Measurement(turtles, f'the canvas with {TURTLES} turtles'),
-                'panels': Measurement(panels, 'turtlesim while all panels are open')}
+                'panels': Measurement(panels, 'turtlesim while all panels are open'),
+                'soak': Measurement(soak, f'{PAGES} pages for minutes'),
+                'visitors': Measurement(visitors, f'{VISITORS} clients that close, stall or vanish')}
 FIGURES = (
     Figure('first picture after the address was entered', 'first', 'ms', median, Target('below', 1000.0)),
     Figure(f'time between frames, {TURTLES} turtles draw, median', 'frames', 'ms', median, Target('below', 17.0)),
@@ -46,5 +69,10 @@ FIGURES = (
     Figure('messages with all poses and strokes', 'drawing', 'Hz', median, Target('at_most', 60.5)),
     Figure('poses of turtlesim with all panels open, all on one core', 'poses', 'Hz', median, Target('at_least', 62.0)),
     Figure('time between two of them, p99', 'gaps', 'ms', p99),
-    Figure('files that were loaded', 'size', 'kB', median, Target('below', 500.0)),
+    Figure(f'{PAGES} pages, heap of one at the end, median', 'heap', 'MB', median),
+    Figure(f'{PAGES} pages, growth of a heap in the second half, median', 'grown', 'MB', median, Target('below', 0.2)),
+    Figure(f'{PAGES} pages, poses that a client beside them lost', 'lost', '', max, Target('at_most', 0.0)),
+    Figure(f'poses at a page while {VISITORS} clients come and go', 'visited', 'Hz', median, Target('at_least', 62.0)),
+    Figure('longest time between two of them', 'visit_gap', 'ms', max, Target('below', 500.0)),
+    Figure('files that were loaded', 'size', 'kB', median, Target('below', 700.0)),
 )

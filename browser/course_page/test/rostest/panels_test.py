@@ -419,9 +419,10 @@ class PanelsTest(SimulatorCase):
         self.until_text('passed, 100 of 100')  # a new page shows it, too
 
     def test_a_layout_keeps_panels_and_what_they_show(self):
+        from selenium.webdriver.support.ui import Select
         self.open('turtle')
         for panel in ('Plot', 'Graph', 'Nodes'):
-            self.browser.find('.beside-choice')[0].send_keys(panel)
+            Select(self.browser.find('.beside-choice')[0]).select_by_visible_text(panel)
             self.browser.until(lambda panel=panel: panel in [one.text for one in self.browser.find('aside h1')], panel)
         self.fill('Field', '/turtle1/pose/x\n')
         self.until_text('5.544445')
