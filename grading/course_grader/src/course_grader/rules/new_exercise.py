@@ -19,6 +19,8 @@ pass: 80  # the score from 0 to 100 that passes
 
 # Where the turtle starts. Each grading draws it from these spans, so that no program can know it.
 start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
+# How often a program is graded, each time with other values, if one of them could be guessed. All have to pass.
+# starts: 2
 
 # What stands around the Robotont, as in the world files of robotont_gazebo:
 # world:
@@ -34,6 +36,7 @@ allows: []
 #   - {do: call, service: /go, type: turtlesim/TeleportAbsolute, request: [2 to 9 m, 2 to 9 m, 0 to 90 deg], times: 3}
 
 # What counts. The points add up to 100. Below half of the points of a check with "must: true" the exercise fails.
+# With "visible: after the deadline" or "visible: never" students do not see a check in their results.
 checks:
   - {check: moves, points: 20, length: 2 m}
   - {check: stops, points: 60, must: true, x: 9 m, tolerance: 0.15 m, size: 1 m}
