@@ -39,6 +39,7 @@ from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
 from course_grader.supervision.job import RECORD, Attempted
+from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
@@ -269,8 +270,12 @@ class Attempt:
         if not self._beside:
             return
         beside.publish_mount()
-        self._until(lambda: self._link.step(0) or set(self._beside) <= _subscribers(self._master, '/clock'), simulator,
-                    'simulator')
+        try:
+            threads = [ProcessThreads(process.pid) for process in self._beside.values()]
+            self._until(lambda: set(self._beside) <= _subscribers(self._master, '/clock')
+                        and all(each.sleeps() for each in threads), simulator, 'simulator', self._job.limit)
+        except Gone:
+            raise AttemptError(f'one of {", ".join(self._beside)} ended immediately; see its .txt file') from None
         if self._policy.lockstep:
             self._link.step(steps_for(WARM_UP, self._dt))
         else:
@@ -290,6 +295,8 @@ class Attempt:
                 json.dump(self.exercise.world, file)  # JSON is YAML, too
             common.append(f'_world:={path}')
         model = 'lidar' if self.exercise.beside else 'basic'
+        if self.exercise.beside:
+            common.append(f'_lockstep_wait:={beside.PATIENCE:g}')
         common += [f'_odom_{key}:={value:.9g}' for key, value in self.exercise.odometry.items()]
         return [*common, f'_seed:={self._job.seed}', f'_model:=robotont_gazebo_{model}', f'_x:={start["x"]:.4f}',
                 f'_y:={start["y"]:.4f}', f'_yaw:={start["theta"]:.4f}']
@@ -327,6 +334,7 @@ class Attempt:
         self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
+        self._late_before = self._link.late  # steps that are no fault of the program
         self._state = StateReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link, reader.dt)
         self._navigation = NavigationReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt)
         stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
@@ -493,17 +501,17 @@ class Attempt:
 
     def _read_lateness(self):
         """Record whether steps were made although nodes were busy; all that follow /clock are the program's."""
-        if self._link.late:
+        if self._link.late > self._late_before:
             self.observed.kept_up = False
             self.busy = '' if self._link.busy == lockstep.NOBODY else self._link.busy or self.busy
 
-    def _until(self, condition, process, what):
-        end = time.monotonic() + START_TIMEOUT
+    def _until(self, condition, process, what, timeout=START_TIMEOUT):
+        end = time.monotonic() + timeout
         while not condition():
             if process.poll() is not None:
                 raise AttemptError(f'the {what} ended immediately with exit code {process.poll()}; see {what}.txt')
             if time.monotonic() > end:
-                raise TooSlow(f'the {what} did not start within {START_TIMEOUT:g} s')
+                raise TooSlow(f'the {what} did not start within {timeout:g} s')
             time.sleep(POLL)
 
     def _student_is_there(self):

@@ -25,6 +25,7 @@ MODULES = {'map_server': 'map_server.server', 'amcl': 'amcl.node', 'slam_gmappin
 LAUNCH_FILES = ('robotont_demos', 'gmapping.launch'), ('robotont_navigation', 'navstack.launch')
 FOR_A_GRADING = {'/amcl/max_particles': 1000}  # instead of 5000: as exact in a maze, and five times as fast
 LAUNCHED = '__log:='  # as roslaunch starts nodes: under their own names, with parameters that are meant
+PATIENCE = 10.0  # [s] of ~lockstep_wait: these nodes compute more in a step than those of a student
 STEPS = 12  # of the robot between two times, scans and odometry that nodes get: 10 Hz
 RESOLUTION = 0.05  # [m] a cell of the map
 MAP = 'map'  # name of its files
