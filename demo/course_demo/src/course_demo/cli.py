@@ -8,11 +8,12 @@ import time
 
 import rospy
 
-from course_demo import course, course_markers, course_next, course_sensors
+from course_demo import course, course_markers, course_navigation, course_next, course_sensors
 from course_demo.harness import DemoError, DemoHarness
 from plain_support.processes import INTERRUPTED
 
-STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS)
+STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS,
+         *course_navigation.STEPS)
 STEP_LIMIT = 600  # [s] for one step, which takes 5 to 20; at a load of 60 on 2 cores, 10 took 340 together
 STEP_ERRORS = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'

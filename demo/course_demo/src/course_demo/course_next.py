@@ -154,10 +154,10 @@ def record_and_play(harness):
     publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=1)
     harness.until(lambda: publisher.get_num_connections() > 1, 'rosbag does not record', STEP_TIMEOUT, recorder)
     _publish(publisher, *DRIVE)
-    publisher.unregister()
     harness.until_rest()
     recorder.interrupt()
     recorder.wait(STEP_TIMEOUT)
+    publisher.unregister()  # not before: a connection that is closed may take the last command, the stop, with it
     driven = harness.seen.track
     harness.reset()
     harness.typed('rosbag', 'play', '--wait-for-subscribers', path)  # else it may lose the first commands
