@@ -187,6 +187,6 @@ def test_templates_are_installed(tmp_path):
 
 
 def test_values_are_escaped_and_characters_that_no_page_can_hold_are_replaced():
-    text = templates.rendered('student.html', title='<b>"&\x1b', style='', script='', script_digest='', submissions=[],
-                              left_out=[])
+    text = templates.rendered('student.html', title='<b>"&\x1b', written='', style='', script='', script_digest='',
+                              submissions=[], left_out=[])
     assert '<h1>&lt;b&gt;&#34;&amp;?</h1>' in text
