@@ -102,7 +102,8 @@ def _ends(track: Floats, wanted: SimpleNamespace) -> List[Optional[int]]:
     ends: List[Optional[int]] = []
     begin = 0
     for x, y, theta in wanted.goals:
-        there = stands & (np.hypot(track[:, 1] - x, track[:, 2] - y) <= wanted.tolerance)
+        there = np.hypot(track[:, 1] - x, track[:, 2] - y) <= wanted.tolerance
+        there &= stands | (wanted.rest == 0.0)
         there &= np.abs(wrap(track[:, 3] - theta)) <= wanted.turn
         there[:begin] = False
         end = _lasting(track[:, 0], there, wanted.rest)
