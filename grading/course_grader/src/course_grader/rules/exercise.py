@@ -266,7 +266,7 @@ def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
         yield 'beside has map_server and slam_gmapping; only one of them can publish the map'
     if 'map_server' in beside and not values.get('world'):
         yield 'map_server needs a world, of which it publishes the map'
-    shapes = [shape.get('name') for kind in world_format.KINDS for shape in values.get('world', {}).get(kind, ())
+    shapes = [str(shape.get('name')) for kind in world_format.KINDS for shape in values.get('world', {}).get(kind, ())
               if isinstance(shape, dict)]
     yield from (f'unmapped has {shown(name)}; nothing in the world has that name{_meant(name, shapes)}'
                 for name in values.get('unmapped', ()) if name not in shapes)

@@ -87,7 +87,7 @@ def navigates(observed: Observed, wanted: SimpleNamespace) -> Result:
     touches = _touches(observed.plan, track)
     if touches:
         share, seen = min(share, MISSED), [*seen, f'it touches something {touches} times']
-    detour = max(_detours(observed.plan, track, wanted, reached), default=1.0)
+    detour: float = max(_detours(observed.plan, track, wanted, reached), default=1.0)
     if reached:
         seen.append(f'the longest drive is {detour:.2f} times the shortest one')
     if wanted.detour and detour > wanted.detour:
@@ -98,12 +98,13 @@ def navigates(observed: Observed, wanted: SimpleNamespace) -> Result:
 def _ends(track: Floats, wanted: SimpleNamespace) -> List[Optional[int]]:
     """Return for each goal at which row of the track (t, x, y, theta) it is done, None if it is not."""
     moved = np.hypot(*np.diff(track[:, 1:3], axis=0, append=track[-1:, 1:3]).T)
-    stands = (moved < STANDS) & (abs(wrap(np.diff(track[:, 3], append=track[-1:, 3]))) < STANDS)
+    stands = (moved < STANDS) & (np.abs(wrap(np.diff(track[:, 3], append=track[-1:, 3]))) < STANDS)
     ends: List[Optional[int]] = []
     begin = 0
     for x, y, theta in wanted.goals:
-        there = stands & (np.hypot(track[:, 1] - x, track[:, 2] - y) <= wanted.tolerance)
-        there &= abs(wrap(track[:, 3] - theta)) <= wanted.turn
+        there = np.hypot(track[:, 1] - x, track[:, 2] - y) <= wanted.tolerance
+        there &= stands | (wanted.rest == 0.0)
+        there &= np.abs(wrap(track[:, 3] - theta)) <= wanted.turn
         there[:begin] = False
         end = _lasting(track[:, 0], there, wanted.rest)
         ends.append(end)
