@@ -20,6 +20,7 @@ from pathlib import Path
 
 import psutil
 
+from course_grader.formats import harmless
 from course_grader.isolation import confinement, levels
 from plain_support import processes
 
@@ -30,8 +31,8 @@ SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
 BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
-QUICK = ('ends_all_nodes', 'forges', 'name_with', 'recording_by', 'solution_by', 'poisoned', 'connection.py',
-         'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')  # take 75 s at all levels together, alone
+QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
+         'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
 SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
 
 
@@ -114,6 +115,8 @@ def _look(results, level, outcome, text, token):
     said = (results / 'output.txt').read_text(encoding='utf-8')
     reasons = ' '.join([*result['objections'], *(reason['seen'] for reason in result['reasons'])])
     wrong = [f'it has printed the token of the environment: {said}'] if token in said else []
+    if harmless.FORBIDDEN.search(said):
+        wrong.append(f'its output.txt has characters that a terminal obeys: {said!r}')
     if outcome == 'passed' and 'ERROR' in said:
         wrong.append(f'it has passed, but printed an error: {said}')
     if result['outcome'] != outcome or text not in reasons:

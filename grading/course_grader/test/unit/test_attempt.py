@@ -87,3 +87,15 @@ def test_who_wants_many_cores_and_is_late_gets_the_reason():
     made.observed.kept_up = True
     made._note_hog(10.0, 8.0, 200.0, greedy=True)
     assert made.observed.trouble == ''
+
+
+def test_names_that_are_too_long_to_read_are_the_programs():
+    """The answer of the master is then longer than what xmlrpc.client reads, and the grader broke down each time."""
+    made = an_attempt()
+    made.observed.kept_up = True
+
+    def refuse():
+        raise ValueError('max gzipped payload length exceeded')
+    made._master, made._node, made._simulator = types.SimpleNamespace(getSystemState=refuse), '/grader', '/turtlesim'
+    assert made._student_is_there()  # it is not waited for any longer
+    assert 'so long names' in made.observed.trouble

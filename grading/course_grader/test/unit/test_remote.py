@@ -1,4 +1,5 @@
 """Gradings on a Dask cluster: a scheduler and three workers, with TLS, of which one is killed while it grades."""
+import argparse
 import contextlib
 import csv
 import os
@@ -15,7 +16,7 @@ import pytest
 from course_grader.classes import graded, remote
 from course_grader.classes.class_grader import Work
 from course_grader.classes.submissions import Submission
-from course_grader.isolation import levels
+from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise
 from plain_support import processes
 
@@ -157,6 +158,16 @@ def test_it_says_what_is_wrong_with_a_cluster(tmp_path):
                                *arguments], capture_output=True, text=True, timeout=SCHEDULER_TIMEOUT, check=False,
                               env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
         assert (done.returncode, 'Traceback' in done.stderr) == (2, False) and said in done.stderr, done.stderr
+
+
+def test_every_worker_of_a_scheduler_without_a_key_must_isolate(monkeypatch):
+    monkeypatch.setattr(levels, 'machine', lambda: levels.CAPABLE)
+    parser = argparse.ArgumentParser()
+    isolate.add_options(parser)
+    remote.add_options(parser)
+    options = parser.parse_args(['--dask', 'tcp://127.0.0.1:8786'])
+    remote.require_isolation(options)
+    assert isolate.line(options)[:2] == (levels.REQUIRED, levels.NAMESPACE)  # travels with each submission
 
 
 def a_work(tmp_path, content=b'print(1)'):

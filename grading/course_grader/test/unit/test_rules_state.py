@@ -8,9 +8,10 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from course_grader.attempt import state
+from course_grader.attempt import guard, state
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Command, Event, Goal, Observed, Sample, Transform
+from rospy_support.rospy_internals.topics import HOLDER
 from unit_support.graded_turtle import GradedTurtle
 
 NO_LINK = types.SimpleNamespace(watch=lambda *_: pytest.fail('watched'))  # no turtle is asked for
@@ -104,7 +105,7 @@ def test_parameters_and_transforms_are_read(monkeypatch):
     monkeypatch.setattr(rosgraph, 'Master', Master)
     monkeypatch.setattr(rospy, 'get_time', lambda: 105.0)
     monkeypatch.setattr(rospy, 'Subscriber', lambda topic, kind, callback: subscribed.setdefault(topic, callback))
-    reader = state.StateReader(exercise.parse(CONTENT), observed, {'/turtlesim'}, 100.0, NO_LINK, 0.016)
+    reader = state.StateReader(exercise.parse(CONTENT), observed, 100.0, NO_LINK, 0.016)
     reader.read()
     server.clear()
     reader.read()  # the program has deleted it
@@ -113,8 +114,8 @@ def test_parameters_and_transforms_are_read(monkeypatch):
     message.transforms[0].header.frame_id, message.transforms[0].child_frame_id = '/world', 'turtle1'
     message.transforms[0].transform.translation.x = math.pi
     message.transforms[0].transform.rotation.z = message.transforms[0].transform.rotation.w = math.sqrt(0.5)
-    for node in ('/turtlesim', '/student'):
-        message._connection_header = {'callerid': node}
+    for holder in guard.GRADING, guard.PROGRAM:  # whatever both call themselves
+        message._connection_header = {'callerid': '/turtlesim', HOLDER: holder}
         for topic in '/tf', '/tf_static':
             subscribed[topic](message)
     assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0, pytest.approx(math.pi / 2), lasting)
@@ -125,7 +126,7 @@ def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):
     monkeypatch.setattr(rospy, 'Subscriber', lambda *_: pytest.fail('subscribed'))
     monkeypatch.setattr(rosgraph, 'Master', lambda _: types.SimpleNamespace(getParam=lambda name: pytest.fail(name)))
     content = {**CONTENT, 'checks': [{'check': 'runs', 'points': 100}]}
-    state.StateReader(exercise.parse(content), Observed(), set(), 0.0, NO_LINK, 0.016).read()
+    state.StateReader(exercise.parse(content), Observed(), 0.0, NO_LINK, 0.016).read()
 
 
 GOALS = {'do': 'goals', 'action': '/fibonacci'}

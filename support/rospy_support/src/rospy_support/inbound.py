@@ -88,7 +88,15 @@ async def _receive(connection: Socket, size: int) -> bytes:
 
 
 class SocketWatch:
-    """One thread that accepts connections and reads from them."""
+    """One thread that accepts connections and reads from them.
+
+    ``admits(connection)`` decides whether a connection is served; every one is, unless a process replaces it.
+    """
+
+    @staticmethod
+    def admits(_connection: Socket) -> bool:
+        """Return True."""
+        return True
 
     def __init__(self, report: Callable[[str, str], None]) -> None:
         """``report(kind, text)`` is called in the watch's thread with warnings for the user."""
@@ -148,6 +156,9 @@ class SocketWatch:
                 self._loop.remove_reader(listening)
                 self._loop.call_later(RETRY, self._listen, listening, serve)
         else:
+            if not self.admits(connection):
+                connection.close()
+                return
             connection.setblocking(False)
             self._loop.create_task(serve(connection, address))
 

@@ -26,9 +26,9 @@ import rosgraph
 import rospy
 
 from course_grader.attempt import forked, static_analysis
+from course_grader.attempt.guard import Guard
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulator_link import SimulatorLink
-from course_grader.attempt.slave_guard import SlaveGuard
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
@@ -201,10 +201,11 @@ class Attempt:
         with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
                              [self._job.output]) as box:
             _set_environment(box.environment)
-            self._guard = SlaveGuard(box.user)
+            self._guard = Guard(box.user)
             self._start_master(box)
             self._guard.trust(self._master_process.pid)
             simulator = self._start_simulator(box)
+            self._guard.trust(simulator.pid)
             servers.protect()
             rospy_internals.poll_for_registration()
             rospy.init_node(self._node[1:], argv=[], disable_signals=True, disable_rostime=True)  # time: SimulatorLink
@@ -219,7 +220,7 @@ class Attempt:
     def _start_master(self, box):
         """Start a master, which ends with the sandbox."""
         try:
-            self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT)
+            self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT, self._guard.admits)
         except TimeoutError as error:
             raise TooSlow(str(error)) from None
         box.keep(self._master_process)
@@ -288,8 +289,7 @@ class Attempt:
         self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
-        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt, self._link,
-                                  reader.dt)
+        self._state = StateReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link, reader.dt)
         stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:
@@ -430,7 +430,8 @@ class Attempt:
         observed = self.observed
         if observed.ended_at is None and student.exit_code() is not None:
             student.drain()
-            observed.ended_at, observed.exit_code, observed.trouble = now, student.exit_code(), student.trouble()
+            observed.ended_at, observed.exit_code = now, student.exit_code()
+            observed.trouble = observed.trouble or student.trouble()
         return -1.0 if observed.ended_at is None else now - observed.ended_at
 
     def _settled(self, stimuli):
@@ -457,10 +458,18 @@ class Attempt:
 
     def _student_is_there(self):
         """Return whether a node of the student is running."""
-        state = self._master.getSystemState()
-        self._students = {node for kind in state for _, users in kind for node in users} - self._own()
+        self._students = {node for kind in self._names() for _, users in kind for node in users} - self._own()
         self._following = bool(self._students)
-        return self._following
+        return self._following or bool(self.observed.trouble)
+
+    def _names(self):
+        """Return what the nodes publish, subscribe and serve; record that it is too much to be read."""
+        try:
+            return self._master.getSystemState()
+        except ValueError:  # xmlrpc.client reads answers of at most 20 MB
+            self.observed.trouble = ('the program registered so many or so long names that the state of the master '
+                                     'cannot be read: it has more than 20 MB')
+            return [], [], []
 
     def _was_there(self):
         """Return whether a node of the student has ever run: the master logs even one that ends immediately."""
@@ -475,7 +484,7 @@ class Attempt:
     def _read_names(self):
         """Record what the student's nodes publish, subscribe and serve, and which pretend to be the simulator."""
         try:
-            published, subscribed, served = self._master.getSystemState()
+            published, subscribed, served = self._names()
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return
         own = self._own()

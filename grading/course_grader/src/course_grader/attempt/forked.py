@@ -15,6 +15,7 @@ import socket
 import sys
 import time
 
+import rosgraph.xmlrpc
 import rosmaster.master
 import rosmaster.threadpool
 
@@ -52,10 +53,13 @@ class Forked:
         return self.process.exitcode
 
 
-def start_master(log, timeout):
-    """Fork a ROS master; return (Forked, its URI). Raise TimeoutError if there is none after ``timeout`` [s]."""
+def start_master(log, timeout, admits):
+    """Fork a ROS master; return (Forked, its URI). Raise TimeoutError if there is none after ``timeout`` [s].
+
+    ``admits(connection)`` decides whether it serves a connection.
+    """
     receiver, sender = multiprocessing.Pipe(duplex=False)
-    forked = Forked('rosmaster', lambda: _run_master(sender), (), log)
+    forked = Forked('rosmaster', lambda: _run_master(sender, admits), (), log)
     sender.close()
     with receiver, contextlib.suppress(EOFError):
         if receiver.poll(timeout):
@@ -85,11 +89,12 @@ def registrations(log):
         return [match.groups() for match in map(REGISTERED.match, file) if match]
 
 
-def _run_master(sender):
+def _run_master(sender, admits):
     logger = logging.getLogger('rosmaster.master')
     logger.setLevel(logging.INFO)
     logger.addHandler(logging.StreamHandler(sys.stdout))
     rosmaster.threadpool.ThreadPoolThread.threadSleepTime = MASTER_DELAY
+    rosgraph.xmlrpc.ThreadingXMLRPCServer.verify_request = lambda _server, connection, _address: admits(connection)
     master = rosmaster.master.Master(0)  # any free port
     master.start()
     sender.send(master.uri)

@@ -10,20 +10,20 @@ import rosgraph
 import rospy
 from tf2_msgs.msg import TFMessage
 
+from course_grader.attempt.guard import of_the_program
 from course_grader.rules.observation import Sample, Transform
-from rospy_support.rospy_internals import caller
 from rospy_support.rotations import yaw_of
 
 
 class StateReader:
     """Collects what checks of parameters, transforms and other turtles need; costs nothing without them."""
 
-    def __init__(self, exercise, observed, own, zero, link, dt):
-        """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step.
+    def __init__(self, exercise, observed, zero, link, dt):
+        """``zero`` [s]: simulated time of the first step, ``dt`` [s]: a step.
 
-        ``link``: the SimulatorLink, which knows the poses; ``dt`` [s]: a step.
+        ``link``: the SimulatorLink, which knows the poses.
         """
-        self._observed, self._own, self._zero, self._dt = observed, own, zero, dt
+        self._observed, self._zero, self._dt = observed, zero, dt
         self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
         if any(scored.name == 'transform' for scored in exercise.rules):
             rospy.Subscriber('/tf', TFMessage, self._on_transforms)
@@ -35,14 +35,14 @@ class StateReader:
         """Record the values of the parameters; one that is not set keeps its last value."""
         master = rosgraph.Master(rospy.get_name())
         for name in self._names:
-            with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error, ValueError):  # too long
                 self._observed.parameters[name] = master.getParam(name)
 
     def _on_pose(self, track, steps, pose):
         track.append(Sample((steps - 1) * self._dt, *pose))
 
     def _on_transforms(self, message, lasting=False):
-        if caller(message) in self._own:
+        if not of_the_program(message):  # but the simulator's own
             return
         now = rospy.get_time() - self._zero
         for one in message.transforms:

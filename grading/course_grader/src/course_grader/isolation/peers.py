@@ -26,12 +26,12 @@ def of(connection: socket.socket) -> Optional[Peer]:
     """Return the Peer of a TCP connection, or None: it has gone, or is on another machine."""
     with contextlib.suppress(OSError, ValueError):
         here, there = _known(connection.getsockname()), _known(connection.getpeername())
-        for table in TABLES:
+        for table in TABLES * 2:  # the kernel may skip a line while connections come and go
             with contextlib.suppress(FileNotFoundError), open(table, encoding='ascii') as file:
-                for line in list(file)[1:]:
+                for line in file:
                     columns = line.split()
-                    if (columns[STATE] != LISTENS and _parsed(columns[LOCAL]) == there
-                            and _parsed(columns[REMOTE]) == here):
+                    if (columns[LOCAL].endswith(f':{there[1]:04X}') and columns[STATE] != LISTENS
+                            and _parsed(columns[LOCAL]) == there and _parsed(columns[REMOTE]) == here):
                         return Peer(int(columns[INODE]), int(columns[USER]))
     return None
 

@@ -16,7 +16,12 @@ from rospy_support.rospy_internals.registration import (
     poll_for_registration,
     registered,
 )
-from rospy_support.rospy_internals.servers import limit_messages, replace_slave_server, replace_tcpros_server
+from rospy_support.rospy_internals.servers import (
+    attribute_connections,
+    limit_messages,
+    replace_slave_server,
+    replace_tcpros_server,
+)
 from rospy_support.rospy_internals.services import (
     QueuedService,
     ServiceCall,
@@ -41,6 +46,7 @@ from rospy_support.rospy_internals.topics import (
     connection_header,
     connections,
     frame,
+    holder,
     limit_publishers,
     new_publishers,
     publications,
@@ -54,11 +60,11 @@ from rospy_support.rospy_internals.topics import (
 )
 
 __all__ = [
-    'CHECKED', 'LOG_PARAMETER', 'QueuedService', 'ServiceCall', 'caller', 'collected_registrations',
-    'collected_unregistrations', 'command_line_parameters', 'connected_publications', 'connection_header',
-    'connections', 'end_registering', 'find_service', 'follow_time', 'frame', 'is_wall_time',
-    'limit_calls_of_master', 'limit_messages', 'limit_publishers', 'log_without_asking', 'logging_configured_by',
-    'misfits', 'new_publishers', 'offered_services', 'poll_for_registration', 'publications',
+    'CHECKED', 'LOG_PARAMETER', 'QueuedService', 'ServiceCall', 'attribute_connections', 'caller',
+    'collected_registrations', 'collected_unregistrations', 'command_line_parameters', 'connected_publications',
+    'connection_header', 'connections', 'end_registering', 'find_service', 'follow_time', 'frame', 'holder',
+    'is_wall_time', 'limit_calls_of_master', 'limit_messages', 'limit_publishers', 'log_without_asking',
+    'logging_configured_by', 'misfits', 'new_publishers', 'offered_services', 'poll_for_registration', 'publications',
     'publish_without_threads', 'registered', 'replace_slave_server', 'replace_tcpros_server', 'respond',
     'service_error', 'service_header', 'set_time', 'shut_down_by', 'shutting_down', 'subscriptions', 'take_over',
     'tell_connections_apart', 'to_message', 'transport_of', 'unconnected_publications', 'unconnected_subscriptions',

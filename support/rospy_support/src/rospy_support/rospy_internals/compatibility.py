@@ -51,6 +51,7 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.impl.tcpros_base.TCPROSServer._tcp_server_callback': ('self', 'sock', 'client_addr'),
     'rospy.impl.tcpros_base.TCPROSTransport.__init__': ('self', 'protocol', 'name', 'header'),
     'rospy.impl.tcpros_base.TCPROSTransport.set_socket': ('self', 'sock', 'endpoint_id'),
+    'rospy.impl.tcpros_base.TCPROSTransport.connect': ('self', 'dest_addr', 'dest_port', 'endpoint_id', 'timeout'),
     'rospy.impl.tcpros_base.TCPROSTransport.close': ('self',),
     'rospy.impl.tcpros_base.TCPROSTransport.receive_once': ('self',),
     'rospy.impl.tcpros_base.TCPROSTransport.receive_loop': ('self', 'msgs_callback'),

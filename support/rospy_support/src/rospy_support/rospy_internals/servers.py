@@ -1,4 +1,4 @@
-"""Replacements of the servers that every rospy node has, and a limit for messages."""
+"""Replacements of the servers that every rospy node has, and guards of the connections that it makes."""
 import struct
 
 import rosgraph.xmlrpc
@@ -7,6 +7,7 @@ import rospy.impl.tcpros_base
 import rospy.impl.tcpros_service
 
 from rospy_support.rospy_internals.services import handle_request
+from rospy_support.rospy_internals.topics import HOLDER
 
 
 def replace_tcpros_server(start, stop):
@@ -30,6 +31,25 @@ def replace_tcpros_server(start, stop):
 def replace_slave_server(make):
     """Use ``make(address, log_requests)`` to create the XML-RPC server of this process. Call it before init_node."""
     rosgraph.xmlrpc.ThreadingXMLRPCServer = make
+
+
+def attribute_connections(holder):
+    """Let ``holder(socket)`` say who holds the other end of each connection that this process makes by TCPROS.
+
+    These lead to publishers and services. One for which it returns '' is closed; the ``holder(message)`` of this
+    package returns the others.
+    """
+    transport = rospy.impl.tcpros_base.TCPROSTransport
+    connect = transport.connect
+
+    def attributed(self, dest_addr, dest_port, endpoint_id, timeout=None):
+        connect(self, dest_addr, dest_port, endpoint_id, timeout)  # ends when the other side has answered
+        used = self.socket  # None: another thread has closed it meanwhile
+        self.header[HOLDER] = holder(used) if used else ''
+        if not self.header[HOLDER]:
+            self.close()
+            raise rospy.exceptions.TransportInitError('its address is that of a process of somebody else')
+    transport.connect = attributed
 
 
 def limit_messages(largest, report):

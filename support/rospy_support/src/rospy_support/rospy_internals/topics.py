@@ -11,6 +11,8 @@ import rospy.msg
 from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 from rospy.topics import _TopicImpl
 
+HOLDER = '_holder'  # a field of connection headers, which attribute_connections sets, whatever the other side has sent
+
 
 def connections(publisher):
     """Return the connections of a rospy.Publisher, empty once it is unregistered. Do not change the sequence.
@@ -35,6 +37,11 @@ def caller(message):
 def connection_header(message):
     """Return the connection header {field: text} of the node that sent a message or a request: callerid, type, ..."""
     return getattr(message, '_connection_header', None) or {}
+
+
+def holder(message):
+    """Return who holds the connection on which a message has arrived, see ``attribute_connections``; '' if unknown."""
+    return connection_header(message).get(HOLDER, '')
 
 
 def take_over(subscriber, message, read):
