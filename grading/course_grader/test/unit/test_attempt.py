@@ -37,7 +37,7 @@ def test_a_simulator_is_flooded_if_it_is_busy_and_not_if_it_waits(ran, waited, u
 
 def an_attempt(deadline=math.inf):
     made = object.__new__(attempt.Attempt)
-    made.observed, made._deadline = Observed(kept_up=False), deadline
+    made.observed, made._deadline, made._beside = Observed(kept_up=False), deadline, {}
     return made
 
 

@@ -69,7 +69,7 @@ def test_a_sensor_that_measures_nothing_is_as_good_as_silent(monkeypatch):
 def test_a_sensor_that_has_never_measured_anything(monkeypatch):
     monkeypatch.setattr(rospy, 'Subscriber', lambda *_, **__: SimpleNamespace(resolved_name='/scan'))
     monkeypatch.setattr(rospy.Time, 'now', lambda: rospy.Time.from_sec(5.0))
-    sensor = costmaps.Sensor(SimpleNamespace(data_type='LaserScan', topic='scan', expected_update_rate=0.0), None)
+    sensor = costmaps.Sensor(SimpleNamespace(data_type='LaserScan', topic='scan', expected_update_rate=None), None)
     assert sensor.silence(rospy.Time.from_sec(5.0)).startswith('no message on /scan yet')
     sensor._store(LaserScan(range_min=0.1, range_max=8.0, ranges=[math.nan]))
     assert sensor.silence(rospy.Time.from_sec(5.0)).startswith('no range on /scan')

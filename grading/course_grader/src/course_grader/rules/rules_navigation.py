@@ -2,7 +2,7 @@
 import functools
 import math
 from types import SimpleNamespace
-from typing import Iterator, List, Optional, Tuple
+from typing import TYPE_CHECKING, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from kinematic_core.worlds.frames import LIDAR_Z
 from kinematic_core.worlds.robot_world import ROBOT_HEIGHT, ROBOT_RADIUS
 from navigation_core.maps.grid_map import GridMap
 from navigation_core.poses import wrap
+
+if TYPE_CHECKING:
+    from navigation_core.maps.scores import MapScores
 
 EVERY = 12  # steps of the robot between two samples that are compared: 10 Hz
 STANDS = 0.01  # [m, rad] by which a robot that stands moves from one to the next
@@ -40,7 +43,7 @@ def maps(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 @functools.lru_cache(maxsize=2)
-def _scores(grid: GridMap, plan: FloorPlan, start: Sample):  # type: ignore[no-untyped-def]
+def _scores(grid: GridMap, plan: FloorPlan, start: Sample) -> 'MapScores':
     from navigation_core.maps.scores import scores  # scipy takes 0.3 s to import, which other exercises do not need
     return scores(grid, plan.outlines(LIDAR_Z), (start.x, start.y))
 
