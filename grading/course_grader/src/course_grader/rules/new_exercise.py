@@ -27,6 +27,11 @@ start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 #   boxes: [{name: box, x: 2.4, y: 0.0, yaw: 0.0, length: 1.0, width: 1.0, height: 1.0, colour: grey}]
 # By how much all this is shifted with each seed, so that a program has to look where it is:
 # shift: {y: -0.3 to 0.3 m}
+# Nodes that run beside the simulator of the Robotont, as for navigation:
+# beside: [map_server, amcl]
+# odometry: {noise: 20 mm}  # of that robot; 0 by default
+# localised: true  # amcl knows where the robot starts
+# unmapped: [box]  # names of what is not on the map of map_server
 
 # Shortcuts that are allowed: teleport, reset, kill. By default none is.
 allows: []
