@@ -30,6 +30,7 @@ import psutil
 
 import check_red_team
 from course_grader.classes import submissions
+from course_grader.rules.exercise import BESIDE
 from plain_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -42,7 +43,8 @@ TIMEOUT = 500  # [s]; the grader's own limits are shorter
 GRADED = {'result.json', 'junit.xml', 'output.txt'}
 OF_A_CLASS = {'submission.json'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
-                'path.png', 'path.svg'}  # without a path there is no picture
+                'path.png', 'path.svg',  # without a path there is no picture
+                *(f'{name}.txt' for name in BESIDE)}
 JOBS = 2
 REPEATED, TIMES, AT_ONCE = 'stop_at_x/right_borderline.py', 10, 4  # barely passes with the SEED
 RED_TEAM = 'red_team_'

@@ -12,7 +12,7 @@ while pose_publisher.get_num_connections() == 0 and not rospy.is_shutdown():
 message = PoseWithCovarianceStamped()
 message.header.stamp = rospy.Time.now()
 message.header.frame_id = 'map'
-message.pose.pose.position.x = -2.0
-message.pose.pose.orientation.w = 1.0
+message.pose.pose.position.x = message.pose.pose.position.y = -2.0
+message.pose.pose.orientation.z = message.pose.pose.orientation.w = 0.7071  # 90 degrees
 message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.04
 pose_publisher.publish(message)

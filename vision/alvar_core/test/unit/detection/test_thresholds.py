@@ -55,9 +55,10 @@ def test_numbers_of_a_module_are_found(source, names):
 
 def test_every_threshold_of_the_detector_stands_there():
     elsewhere = {f'{path.stem}.{name}' for path in FOLDER.glob('*.py')
-                 # numbers that judge point clouds, end a training, learn a camera's response, lay out an explanation, or
+                 # numbers that judge point clouds, end a training, learn a camera's response, lay out an explanation or
                  # limit a photo stand with their code
-                 if path.stem not in ('thresholds', 'depth', 'bundle_training', 'light', 'explanation', 'explained_photo')
+                 if path.stem not in ('thresholds', 'depth', 'bundle_training', 'light', 'explanation',
+                                      'explained_photo')
                  for name in constants(path.read_text(encoding='utf-8'))}
     assert elsewhere == set(NO_THRESHOLDS)
 
