@@ -12,7 +12,7 @@ import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
 from browser_servers.core.query import depth_picture, encoded
-from rospy_support import images
+from rospy_support import images, rospy_internals
 
 COMPRESSED = '/compressed'  # below the topic of the image, as image_transport has it
 LARGE = 1 << 22  # [B] that rospy reads at once
@@ -23,7 +23,7 @@ class Source:
 
     def __init__(self, topic, compressed, loop):
         """``compressed``: the images that image_transport has compressed."""
-        self.viewers, self.number = 0, 0
+        self.viewers, self.number, self._latched = 0, 0, False
         self._loop, self._lock = loop, threading.Lock()
         self._message, self._tasks = None, {}
         self._arrived = asyncio.Event()
@@ -41,9 +41,15 @@ class Source:
         with self._lock:
             message, self._message = self._message, None
         self.number += 1
+        self._latched = rospy_internals.connection_header(message).get('latching') == '1'
         self._tasks = {'message': message}
         arrived, self._arrived = self._arrived, asyncio.Event()
         arrived.set()
+
+    @property
+    def before(self):
+        """The number of the last image that is too old for a new viewer; 0 if it came for that one, or is latched."""
+        return 0 if self.viewers == 1 or self._latched else self.number
 
     async def next(self, after, query):
         """Return (number, data) of the newest image after number ``after``; raise ImageError."""

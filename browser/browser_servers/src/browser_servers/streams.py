@@ -56,7 +56,7 @@ class Snapshot(Page):
             return
         async with self.source(wanted) as source:
             try:
-                _, data = await asyncio.wait_for(source.next(source.number, wanted), FIRST_IMAGE)
+                _, data = await asyncio.wait_for(source.next(source.before, wanted), FIRST_IMAGE)
             except asyncio.TimeoutError:
                 self.refuse(504, f'no image has come on {wanted.topic} within {FIRST_IMAGE:g} s. http://'
                                  f'{self.request.host}/ lists the topics of images')

@@ -68,6 +68,17 @@ class WebVideoTest(SimulatorCase):
         self.assertEqual((200, 'image/jpeg'), (answer.status, answer.getheader('Content-Type')))
         self.assert_green(answer.read(), 150)
 
+    def test_a_latched_image_is_there_for_every_viewer(self):
+        """It comes once: a snapshot waited in vain for the next one while a stream showed it."""
+        latched = rospy.Publisher('/latched', Image, latch=True, queue_size=1)
+        latched.publish(to_image(plain(90), 'bgr8'))
+        self.addCleanup(latched.unregister)
+        stream = self.get('/stream?topic=/latched')
+        self.assertEqual(b'--boundarydonotcross\r\n', stream.readline())
+        self.assertEqual(b'Content-Type: image/jpeg\r\n', stream.readline())
+        self.assert_green(self.get('/snapshot?topic=/latched').read(), 90)
+        stream.close()
+
     def test_stream_shows_the_newest_image(self):
         streams = [self.get(f'/stream?topic={TOPIC}') for _ in range(3)]
         for green in (200, 60):

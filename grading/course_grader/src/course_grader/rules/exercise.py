@@ -266,7 +266,9 @@ def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
         yield 'beside has map_server and slam_gmapping; only one of them can publish the map'
     if 'map_server' in beside and not values.get('world'):
         yield 'map_server needs a world, of which it publishes the map'
-    shapes = [str(shape.get('name')) for kind in world_format.KINDS for shape in values.get('world', {}).get(kind, ())
+    world = values.get('world')
+    lists = [world.get(kind) for kind in world_format.KINDS] if isinstance(world, dict) else []
+    shapes = [str(shape.get('name')) for shapes in lists if isinstance(shapes, list) for shape in shapes
               if isinstance(shape, dict)]
     yield from (f'unmapped has {shown(name)}; nothing in the world has that name{_meant(name, shapes)}'
                 for name in values.get('unmapped', ()) if name not in shapes)
