@@ -120,7 +120,7 @@ def test_threads_come_and_go_and_some_do_not_count():
         idle = threads.ran()
         work_until(go)
         return threads.ran() == idle
-    until(ran_no_more)  # this thread's own work does not count; a thread that another test has left may run now and then
+    until(ran_no_more)  # its own work does not count; a thread that another test has left may run now and then
     threads.close()
 
 
