@@ -26,7 +26,8 @@ STARVED = 10.0  # times the longest wait, for nodes that have run for less than 
 WORKED, NOTICED = 0.5, 0.05  # the share; [s] of the wait after which it is counted, as nearly all are shorter
 JOINING = 0.12  # [s] without work after the registration of a new node, whose init_node polls every 0.1 s
 SETTLING = 0.02  # [s] without work after another registration, once the master has notified the nodes of it
-WORK = 100_000  # [ns] a process runs at least this long for a registration; one that polls runs less between two checks
+WORK = 200_000  # [ns] a process runs longer for a registration, 450 us or more; one that polls runs for 50 to 150 us
+MOST_SETTLING = 10.0  # times JOINING or SETTLING until it is over all the same: on a slower machine polls run longer
 NOBODY = 'the simulator itself, or new connections'  # reported if no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer a request for its process id
 TRIES = 3  # such requests, because a machine that stood still times out without an answer
@@ -179,12 +180,12 @@ class _Settling:
     def __init__(self):
         self.asked = False  # whether the master was asked for its registrations
         self.needed = 0.0  # [s] for which no node may do any work
-        self._since = 0.0  # [s] time of the last work, counted from the start of the wait
+        self._since = self._end = 0.0  # [s] time of the last work, and until when it counts, from the start of the wait
         self._runs = None  # {process: run time [ns]} at the last check
 
     def start(self, now, needed):
         """Require ``needed`` [s] without work from ``now`` [s] on."""
-        self.needed, self._since = needed, now
+        self.needed, self._since, self._end = needed, now, now + MOST_SETTLING * needed
 
     def observe(self, runs, now):
         """Note ``runs``, {process: run time [ns]} at ``now`` [s] or None. The short run times of polls are no work."""
@@ -195,7 +196,7 @@ class _Settling:
 
     def is_over(self, now):
         """Return whether no process has worked for the time that is needed."""
-        return now - self._since >= self.needed
+        return now - self._since >= self.needed or now >= self._end
 
 
 def _worked(before, after):

@@ -8,7 +8,8 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
-from sim_ros.lockstep import JOINING, MAX_PAUSE, NOTICED, SETTLING, STARVED, Lockstep
+from sim_ros.lockstep import (
+    JOINING, MAX_PAUSE, MOST_SETTLING, NOTICED, SETTLING, STARVED, WORK, Lockstep, _Settling)
 
 TIMEOUT, STEP = 2.0, 0.016  # [s]
 
@@ -172,6 +173,15 @@ def test_a_master_that_polls_settles_all_the_same(scene, monkeypatch):
     scene.registrations = [JOINED, [], []]
     idle, took = scene.wait()
     assert idle and JOINING <= took < JOINING + 3.0 * MAX_PAUSE
+
+
+def test_polls_that_run_as_long_as_work_hold_nobody_up_for_ever():
+    """On a slow machine each poll of a node ran for more than was taken for a poll: each wait lasted to its limit."""
+    settling = _Settling()
+    settling.start(0.0, JOINING)
+    ticks = (tick for tick in range(10_000) if settling.observe({'/poller': 2 * WORK * tick}, 1e-3 * tick)
+             or settling.is_over(1e-3 * tick))
+    assert 1e-3 * next(ticks) == pytest.approx(MOST_SETTLING * JOINING, abs=1e-3)
 
 
 def test_a_master_that_only_answers_holds_nobody_up(scene):
