@@ -8,8 +8,7 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
-from sim_ros.lockstep import (
-    JOINING, MAX_PAUSE, MOST_SETTLING, NOTICED, SETTLING, STARVED, WORK, Lockstep, _Settling)
+from sim_ros.lockstep import JOINING, MAX_PAUSE, MOST_SETTLING, NOTICED, SETTLING, STARVED, WORK, Lockstep, _Settling
 
 TIMEOUT, STEP = 2.0, 0.016  # [s]
 
