@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 
+import rosgraph
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist, Vector3
@@ -170,8 +171,12 @@ class TimeTest(SimulatorCase):
     def think(self, seconds, patience=60.0):
         """Let a node steer that takes so long [s] for each pose; return a status and the rows from its command on."""
         path = os.path.join(self.temporary_directory(), 'run.csv')
-        simulator = self.start('_rate:=max', f'_lockstep_wait:={patience}', f'_record:={path}')
+        # paused, as time at the rate max would be over before the node has started on a loaded machine
+        simulator = self.start('_rate:=max', '_paused:=true', f'_lockstep_wait:={patience}', f'_record:={path}')
         thinker = self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
+        master = rosgraph.Master(rospy.get_name())
+        until(lambda: ['/turtle1/pose', ['/thinker']] in master.getSystemState()[1], 'the node subscribes')
+        self.assertTrue(proxy('/turtlesim/resume', Trigger)().success)
         status = self.status(lambda status: status.time > 3.0 or (status.late_steps > 1 and status.busy == '/thinker'))
         proxy('/turtlesim/pause', Trigger)()
         simulator.stop()
