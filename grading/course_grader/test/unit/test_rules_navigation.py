@@ -71,6 +71,8 @@ def test_the_pose_in_the_map_is_compared_with_the_true_one_when_it_counts():
     assert judged('localises', observed, within=10.0).share == 1.0
     late = judged('localises', observed, within=8.0)
     assert late.share < 0.5 and '95 % of it within 1.00 m' in late.seen
+    del observed.believed[38:]  # as if it ended 8 s after it was carried away
+    assert 'ended too early' in judged('localises', observed, within=10.0).seen
     observed.believed.clear()
     assert 'no transform from map to odom' in judged('localises', observed).seen
 

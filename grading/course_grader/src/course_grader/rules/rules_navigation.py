@@ -53,9 +53,10 @@ def localises(observed: Observed, wanted: SimpleNamespace) -> Result:
     asked = (f'from {wanted.within:g} s on, the pose in the frame map is right: half of the time within '
              f'{wanted.median:g} m, 95 % of it within {wanted.worst:g} m')
     begins = [observed.start, *observed.carried]
-    errors = np.array([error for t, error in _errors(observed)
-                       if t - max(begin for begin in begins if begin <= t) >= wanted.within])
-    if not len(errors):
+    since = [(max(begin for begin in begins if begin <= t), t, error) for t, error in _errors(observed)]
+    found = [(begin, error) for begin, t, error in since if t - begin >= wanted.within]
+    errors = np.array([error for _, error in found])
+    if {begin for begin, _ in found} != set(begins):  # also if it ended soon after it was carried away
         none = 'the program ended too early for that' if observed.believed else 'no transform from map to odom'
         return Result(0.0, asked, none)
     median, worst = float(np.median(errors)), float(np.percentile(errors, 95))
