@@ -197,32 +197,22 @@ class Grader:
             return ''
 
 
-class Answer(web.Guarded):
-    """Answers with JSON."""
-
-    def answer(self, value):
-        """End the request with a value."""
-        self.set_header('Content-Type', 'application/json')
-        self.set_header('Cache-Control', 'no-store')
-        self.finish(json.dumps(value))
-
-
-class Choices(Answer):
+class Choices(web.Guarded):
     """GET: what can be graded, as JSON."""
 
     async def get(self):
         """Answer."""
         if not self._finished:
-            self.answer(await self.settings['grader'].choices())
+            self.answer_json(json.dumps(await self.settings['grader'].choices()))
 
 
-class Gradings(Answer):
+class Gradings(web.Guarded):
     """GET: the last grading, as JSON. POST ``{"exercise": ..., "program": ...}`` starts one, ``{}`` ends it."""
 
     def get(self):
         """Answer with the state."""
         if not self._finished:
-            self.answer(self.settings['grader'].state())
+            self.answer_json(json.dumps(self.settings['grader'].state()))
 
     async def post(self):
         """Start or end a grading; answer with the state, or with 400 and what is allowed."""

@@ -71,6 +71,4 @@ class MarkerPhoto(web.Guarded):
         except PhotoRefused as refused:
             self.refuse(refused.code, str(refused))
         else:
-            self.set_header('Content-Type', 'application/json')
-            self.set_header('Cache-Control', 'no-store')
-            self.finish(found)
+            self.answer_json(found)

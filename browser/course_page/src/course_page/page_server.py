@@ -90,10 +90,8 @@ class Status(web.Guarded):
         """Answer."""
         if not self._finished:
             answers = await self.settings['probe'].answers()
-            self.set_header('Content-Type', 'application/json')
-            self.set_header('Cache-Control', 'no-store')
             ready = self.settings['ready'].is_set()
-            self.finish(json.dumps({
+            self.answer_json(json.dumps({
                 'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(), 'name': rospy.get_name(),
                 'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
 
@@ -115,10 +113,8 @@ class Logged(web.Guarded):
     def get(self):
         """Answer."""
         if not self._finished:
-            self.set_header('Content-Type', 'application/json')
-            self.set_header('Cache-Control', 'no-store')
-            self.finish(json.dumps([json_values(Log().deserialize(message.data))
-                                    for message in self.settings['log'].messages]))
+            self.answer_json(json.dumps([json_values(Log().deserialize(message.data))
+                                         for message in self.settings['log'].messages]))
 
 
 class Socket(RosbridgeWebSocket):

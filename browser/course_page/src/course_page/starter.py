@@ -143,9 +143,7 @@ class Programs(web.Guarded):
     def get(self):
         """Answer with the state."""
         if not self._finished:
-            self.set_header('Content-Type', 'application/json')
-            self.set_header('Cache-Control', 'no-store')
-            self.finish(json.dumps(self.settings['starter'].state()))
+            self.answer_json(json.dumps(self.settings['starter'].state()))
 
     async def post(self):
         """Start or stop a program; answer with the state, or with 400 and what is allowed."""

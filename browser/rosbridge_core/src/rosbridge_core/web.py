@@ -9,7 +9,7 @@ import os
 import secrets
 import socket
 import threading
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple, Union
 
 import tornado.httpserver
 import tornado.httputil
@@ -54,6 +54,12 @@ class Guarded(tornado.web.RequestHandler):
         self.set_status(code)
         self.set_header('Content-Type', 'text/plain; charset=utf-8')
         self.finish(f'{reason}\n')
+
+    def answer_json(self, text: Union[str, bytes]) -> None:
+        """End the request with JSON, which browsers do not keep."""
+        self.set_header('Content-Type', 'application/json')
+        self.set_header('Cache-Control', 'no-store')
+        self.finish(text)
 
     def set_default_headers(self) -> None:
         """Forbid other sites to show this one in a frame, and browsers to guess content types."""
