@@ -5,10 +5,11 @@ Exit codes: 0 nothing will fail, 1 something will, 2 usage error.
 import argparse
 import json
 import os
+import subprocess
 import sys
 from typing import List, Optional, Sequence
 
-from plain_support.doctor import device_checks, package_checks, ros_checks, system_checks, terminal_checks
+from plain_support.doctor import device_checks, findings, package_checks, ros_checks, system_checks, terminal_checks
 from plain_support.doctor.findings import Finding
 from plain_support.doctor.machine import Machine
 
@@ -18,7 +19,12 @@ WILL_FAIL, NOTE = 'FAILS', 'note'
 
 def examine(machine: Machine) -> List[Finding]:
     """Return all findings, those that will fail first."""
-    found = [finding for check in CHECKS for finding in check(machine)]
+    found: List[Finding] = []
+    for check in CHECKS:
+        try:
+            found += check(machine)
+        except subprocess.TimeoutExpired as error:
+            found.append(findings.no_answer(error.cmd, error.timeout, fails=False))
     return sorted(found, key=lambda finding: not finding.fails)
 
 
@@ -33,7 +39,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             print(f'./run doctor: {options.package!r} is neither a folder nor a package that this terminal knows. '
                   'Type the path of its folder.', file=sys.stderr)
             return 2
-        found, lines = package_checks.examine(folder, machine)
+        try:
+            found, lines = package_checks.examine(folder, machine)
+        except subprocess.TimeoutExpired as error:
+            found = [findings.no_answer(error.cmd, error.timeout, fails=True)]
     else:
         found = examine(machine)
     if options.json:

@@ -2,6 +2,7 @@
 
 docs/troubleshooting.md has a row for each.
 """
+import os
 import shlex
 from typing import Any, Iterable, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -41,6 +42,12 @@ def packages_forbidden(packages: Iterable[str]) -> Finding:
     """Debian packages are missing, and this user cannot become root."""
     return Finding('packages_forbidden', 'Debian packages are missing, and there is no sudo to install them',
                    f'ask an administrator to type apt-get install -y --no-install-recommends {" ".join(packages)}')
+
+
+def no_answer(command: Sequence[str], seconds: float, fails: bool) -> Finding:
+    """A command of a check gave no answer within ``seconds``."""
+    return Finding('no_answer', f'{os.path.basename(command[0])} gave no answer within {seconds:.0f} s, so nothing is '
+                   'known about what it was asked for', 'type ./run doctor again when the machine is less busy', fails)
 
 
 def disk_full(folder: str, free: float, needed: float) -> Finding:

@@ -4,6 +4,7 @@ import glob
 import json
 import os
 import re
+import shlex
 import subprocess
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
@@ -50,7 +51,10 @@ def folder_of(name: str, machine: Machine) -> str:
 
 
 def examine(folder: str, machine: Machine) -> Tuple[List[Finding], List[str]]:
-    """Return the findings about the packages in a folder, and lines that say what is there."""
+    """Return the findings about the packages in a folder, and lines that say what is there.
+
+    Raise subprocess.TimeoutExpired if a command that was asked gives no answer.
+    """
     needs = package_needs.read(folder)
     there = _machinery(needs, machine)
     missing: Dict[str, List[str]] = {}  # name: kinds
@@ -110,11 +114,19 @@ def _some(names: Iterable[str]) -> str:
 def _programs(needs: Needs, machine: Machine) -> Iterator[Finding]:
     for path, (line, what) in sorted(needs.old.items()):
         yield findings.python2_program(path, line, what)
+    alike: Dict[str, List[Tuple[str, Finding]]] = {}
     for path in needs.programs:
         with open(path, 'rb') as file:
             content = file.read()
         if content.startswith(b'#!'):
-            yield from programs.faults(path, content, machine.environment)
+            for finding in programs.faults(path, content, machine.environment):
+                alike.setdefault(finding.text.replace(path, ''), []).append((path, finding))
+    for (_, first), *others in alike.values():
+        paths = [path for path, _ in others]
+        if paths:  # all cures of programs are commands that end with the file
+            first = first._replace(text=f'{first.text} (likewise {_some(map(os.path.basename, paths))})',
+                                   cure=' '.join([first.cure, *map(shlex.quote, paths)]))
+        yield first
 
 
 def _machinery(needs: Needs, machine: Machine) -> Machinery:
@@ -142,7 +154,7 @@ def _modules(names: Set[str], machine: Machine) -> Set[str]:
         done = subprocess.run([*command, '-c', FIND, *sorted(names)], capture_output=True, text=True, check=True,
                               timeout=PATIENCE, env=dict(machine.environment))
         return set(json.loads(done.stdout))
-    except (OSError, ValueError, subprocess.SubprocessError):
+    except (OSError, ValueError, subprocess.CalledProcessError):
         return set()
 
 

@@ -17,7 +17,6 @@ CATKIN = re.compile(r'find_package\s*\(\s*catkin\b([^)]*)\)', re.IGNORECASE)
 FOUND = re.compile(r'find_package\s*\(\s*(\w+)', re.IGNORECASE)
 LAUNCHED = re.compile(r'\bpkg\s*=\s*["\']([\w-]+)["\']|\$\(find\s+([\w-]+)\s*\)')
 INCLUDED = re.compile(r'^\s*#\s*include\s*[<"](\w+)/(?:[A-Z]\w*|cv_bridge)\.h[>"]', re.MULTILINE)  # mostly a message
-WORDS = {'REQUIRED', 'COMPONENTS', 'QUIET', 'EXACT', 'CONFIG', 'OPTIONAL_COMPONENTS', 'NO_MODULE'}
 OLD_MODULES = {  # of Python 2: their names today
     'Tkinter': 'tkinter', 'tkMessageBox': 'tkinter.messagebox', 'Queue': 'queue', 'ConfigParser': 'configparser',
     'StringIO': 'io', 'cStringIO': 'io', 'cPickle': 'pickle', 'thread': '_thread', 'commands': 'subprocess',
@@ -56,7 +55,7 @@ def read(folder: str) -> Needs:
         elif name == 'CMakeLists.txt':
             text = re.sub('#.*', '', text)
             _add(found, path, BUILD, [word for words in CATKIN.findall(text) for word in words.split()
-                                      if word not in WORDS and re.fullmatch(r'[A-Za-z]\w*', word)])
+                                      if re.fullmatch(r'[A-Za-z]\w*', word) and not word.isupper()])  # no keywords
             _add(found, path, BUILD, [package for package in FOUND.findall(text) if package.islower()])
         elif extension in LAUNCHES:
             names = {first or second for first, second in LAUNCHED.findall(COMMENT.sub('', text))}

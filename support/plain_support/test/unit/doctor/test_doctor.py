@@ -281,7 +281,7 @@ def test_a_fault_is_named_with_its_cure(folder, fault):
 def test_every_kind_of_finding_is_set_up_but_those_of_nodes_and_of_a_moving_clock():
     kinds = {name for name, function in vars(findings).items()
              if getattr(function, '__annotations__', {}).get('return') is findings.Finding}
-    assert kinds == {fault.name for fault in FAULTS} | {'clock_jumps', 'no_window', 'does_not_end'}
+    assert kinds == {fault.name for fault in FAULTS} | {'clock_jumps', 'no_answer', 'no_window', 'does_not_end'}
 
 
 def test_a_clock_that_is_moved_is_noticed(monkeypatch, tmp_path):

@@ -1,10 +1,11 @@
 """./run doctor FOLDER: what other people's packages need, and what of it is missing."""
 import os
+import subprocess
 import textwrap
 
 import pytest
 
-from plain_support.doctor import cli, package_checks
+from plain_support.doctor import cli, package_checks, system_checks
 from plain_support.doctor.machine import Machine
 from plain_support.doctor.package_checks import Machinery
 from plain_support.doctor.package_needs import BUILD, IMPORT, INCLUDE, LISTED, RUN, read
@@ -30,6 +31,8 @@ def package(tmp_path):
      {('tf', LISTED), ('joy', LISTED)}),
     ('CMakeLists.txt', 'find_package(catkin REQUIRED COMPONENTS\n  roscpp # no\n  tf)\nfind_package(OpenCV)\n'
      'find_package(urdf REQUIRED)', {('roscpp', BUILD), ('tf', BUILD), ('catkin', BUILD), ('urdf', BUILD)}),
+    ('CMakeLists.txt', 'find_package(catkin QUIET NO_POLICY_SCOPE PATHS "${path}" NO_DEFAULT_PATH)',
+     {('catkin', BUILD)}),
     ('launch/a.launch', '<launch><!-- pkg="no" --><node pkg="rviz" type="rviz"/>\n'
      '<include file="$(find gazebo_ros)/launch/empty_world.launch"/></launch>', {('rviz', RUN), ('gazebo_ros', RUN)}),
     ('src/a.cpp', '#include <ros/ros.h>\n#include "turtlesim/Pose.h"\n#include <cv_bridge/cv_bridge.h>',
@@ -122,6 +125,31 @@ def test_a_launch_file_needs_no_headers(package, tmp_path, monkeypatch):
     monkeypatch.setattr(package_checks, 'offered', lambda names: [])
     found, lines = package_checks.examine(str(tmp_path), Machine({}, '', ''))
     assert len(found) == 1 and '1 of 1 launch files find all their packages.' in lines
+
+
+def test_programs_with_the_same_fault_are_one_finding(package, tmp_path, monkeypatch):
+    package({'mine/package.xml': XML, **{f'mine/{name}.py': '#!/nowhere/python\n' for name in 'abc'},
+             'mine/d.py': '#!/usr/bin/env python3\n'})
+    monkeypatch.setattr(package_checks, '_machinery', lambda *_: THERE)
+    found, _ = package_checks.examine(str(tmp_path), Machine(dict(os.environ), '', ''))
+    (first_line, mode) = found
+    assert 'mine/a.py' in first_line.text and '(likewise b.py, c.py)' in first_line.text
+    for finding in (first_line, mode):
+        subprocess.run(['bash', '-c', finding.cure.replace('type ', '', 1)], check=True)
+    assert package_checks.examine(str(tmp_path), Machine(dict(os.environ), '', ''))[0] == []
+
+
+@pytest.mark.parametrize('arguments, code', [(['.'], 1), ([], 0)])
+def test_a_command_without_an_answer_says_nothing_about_what_is_missing(package, tmp_path, monkeypatch, capsys,
+                                                                        arguments, code):
+    package({'mine/package.xml': XML, 'mine/a.py': '#!/usr/bin/env python3\nimport math\n'})
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(package_checks, 'PATIENCE', 1e-3)
+    monkeypatch.setattr(system_checks, 'PATIENCE', 1e-3)
+    monkeypatch.setattr(cli, 'CHECKS', [system_checks.isolation, system_checks.disk])
+    assert cli.main([*arguments, '--workspace', str(tmp_path)]) == code
+    said = capsys.readouterr().out
+    assert 'gave no answer within' in said and 'missing' not in said and 'neither bwrap' not in said
 
 
 def test_a_package_is_found_by_its_name(tmp_path):
