@@ -21,6 +21,7 @@ from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
+from command import write_figures
 from figures import OURS, Figure, Target, median, p95
 from marker_score import cameras_of, score, score_frame
 from markers_cli import detection_record
@@ -82,26 +83,33 @@ _frames = []
 _classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}}
 
 
+def use(options):
+    """Measure on the folder and the half of the options; raise BenchError for a folder without frames."""
+    _classes.update(half=options.half, peers=options.peers)
+    if options.none and not options.folder:
+        raise BenchError('--none needs a folder of images: ./run bench markers FOLDER --none')
+    if options.folder and not options.none and not options.folder.endswith('.bag'):
+        use_folder(options.folder)
+
+
+def instead(options):
+    """Return the function of a function that prints progress which does what the options ask for; else None."""
+    cv2.setNumThreads(1)
+
+    def work(progress):
+        if options.sensitivity:
+            text, figures = sensitivity_report(frames(), progress)
+            write_figures(options.json, json.dumps(figures, indent=1))
+        else:
+            text = (no_markers if options.none else marker_bag).report(options.folder)
+        print(text)
+        return 0
+    return work if options.sensitivity or options.none or (options.folder or '').endswith('.bag') else None
+
+
 def use_folder(folder):
     """Measure on the frames of this folder; BenchError if it has none."""
     _frames[:] = [Frames(folder)]
-
-
-def use_classes(half, peers):
-    """Score the classes on this half, with the peers from PyPI if ``peers``."""
-    _classes.update(half=half, peers=peers)
-
-
-def of_bag(path):
-    """Return as text what is found in the images of a bag; raise BenchError."""
-    cv2.setNumThreads(1)
-    return marker_bag.report(path)
-
-
-def of_none(folder):
-    """Return as text what is found in the images of a folder in which there is no marker; raise BenchError."""
-    cv2.setNumThreads(1)
-    return no_markers.report(folder)
 
 
 def frames():
@@ -246,12 +254,6 @@ def classes(_subject, scale):
         _classes['results'] = results
     results = _classes['results']
     return {**class_scores.figures(results['here']), **class_scores.figures(results[SHOWN], 'gamma_class')}
-
-
-def sensitivity(progress):
-    """Return as text and figures what -10 % and +10 % of each of the detector's thresholds change."""
-    cv2.setNumThreads(1)
-    return sensitivity_report(frames(), progress)
 
 
 MEASUREMENTS = {
