@@ -192,7 +192,7 @@ def growth(samples):
     """Return the slope a day of (time [s], value) samples, and half the width of its 95 % interval."""
     means = np.array([np.mean(block, axis=0) for block in np.array_split(samples, BLOCKS)])
     line = stats.linregress(*means.T)
-    return DAY * line.slope, DAY * line.stderr * stats.t.ppf(0.975, BLOCKS - 2)
+    return DAY * line.slope, DAY * np.nan_to_num(line.stderr) * stats.t.ppf(0.975, BLOCKS - 2)
 
 
 def _judged(key, series):

@@ -27,6 +27,7 @@ from marker_score import cameras_of, score, score_frame
 from markers_cli import detection_record
 from photo import with_gamma
 from processes import BenchError
+from report import aligned
 from sensitivity import report as sensitivity_report
 from session import Measurement
 
@@ -272,10 +273,8 @@ def preface(pools):
     pool = pools[OURS]
     head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *SIZES.values())
     rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
     note = f"{frames().truth['set']}: {len(frames().truth['frames'])} frames; easy / medium / hard; ms median / 95th"
-    parts = ['\n'.join([note, *lines, '']) if len(rows) > 1 else '']
+    parts = [f'{note}\n{aligned(rows)}\n' if len(rows) > 1 else '']
     if 'results' in _classes:
         half = _classes.get('half', marker_classes.DEVELOPMENT)
         parts.append(f'By class, {half} half; median / 95th percentile; '
