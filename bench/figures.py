@@ -4,35 +4,30 @@ A measurement returns samples under keys (`{'tick_rate': [62.5]}`). The samples 
 reduces the pool of one key to one number and names the target of that number.
 """
 
-import statistics
+import operator
 from dataclasses import dataclass
 from statistics import median
 from typing import Optional
+
+import numpy as np
 
 OURS = 'ours'
 PEER = 'peer'
 
 
 def p95(samples):
-    """Return the 95th percentile, linearly interpolated; raise ValueError without samples."""
-    return _quantile(samples, 20)
+    """Return the 95th percentile, linearly interpolated."""
+    return float(np.percentile(samples, 95))
 
 
 def p99(samples):
     """Return the 99th percentile, likewise."""
-    return _quantile(samples, 100)
-
-
-def _quantile(samples, parts):
-    samples = list(samples)
-    if len(samples) == 1:
-        return statistics.mean(samples)
-    return statistics.quantiles(samples, n=parts, method='inclusive')[-1]
+    return float(np.percentile(samples, 99))
 
 
 def intervals(stamps):
     """Return the differences of neighbouring stamps, in their unit."""
-    return [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+    return np.diff(stamps).tolist()
 
 
 def mean_rate(stamps):
@@ -63,37 +58,28 @@ def stratified_phases(count, rng):
     return phases
 
 
+NEAR_SHARE = 0.005  # a rate measured over a second or two repeats within that
+KINDS = {  # of targets: how they are shown, and compared with a figure or, if it is of the peer, the ratio
+    'ratio': ('<= {:,g} x peer', operator.le), 'times': ('>= {:,g} x peer', operator.ge),
+    'below': ('< {:,g}', operator.lt), 'at_least': ('>= {:,g}', operator.ge), 'at_most': ('<= {:,g}', operator.le),
+    'near': ('= {:,g}', lambda value, limit: abs(value - limit) <= NEAR_SHARE * limit)}
+
+
 @dataclass(frozen=True)
 class Target:
-    """The value that a figure must reach.
-
-    kind: 'ratio' (ours / peer at most), 'times' (ours / peer at least), 'below', 'at_least', 'at_most', 'near' (within
-    0.5 %).
-    """
+    """The value that a figure must reach; ``kind``: one of KINDS."""
 
     kind: str
     limit: float
 
-    NEAR_SHARE = 0.005  # a rate measured over a second or two repeats within that
-
     def __str__(self):
-        limit = f'{self.limit:,g}'
-        words = {'ratio': f'<= {limit} x peer', 'times': f'>= {limit} x peer', 'below': f'< {limit}',
-                 'at_least': f'>= {limit}', 'at_most': f'<= {limit}', 'near': f'= {limit}'}
-        return words[self.kind]
+        return KINDS[self.kind][0].format(self.limit)
 
     def reached(self, ours, ratio):
         """Return True or False, or None without a figure, or for a ratio without a peer."""
-        value = ratio if self.kind in ('ratio', 'times') else ours
-        if value is None:
-            return None
-        if self.kind == 'below':
-            return value < self.limit
-        if self.kind in ('at_least', 'times'):
-            return value >= self.limit
-        if self.kind in ('at_most', 'ratio'):
-            return value <= self.limit
-        return abs(value - self.limit) <= self.NEAR_SHARE * self.limit
+        shown, compare = KINDS[self.kind]
+        value = ratio if 'peer' in shown else ours
+        return None if value is None else compare(value, self.limit)
 
 
 @dataclass(frozen=True)

@@ -10,20 +10,15 @@ import argparse
 import fnmatch
 import glob
 import importlib
-import json
 import os
 import re
-import shutil
 import sys
-import tempfile
-from contextlib import ExitStack
 from types import SimpleNamespace
 
 import report
+from command import exit_code, positive, processes_in_folder, progress, write_figures
 from figures import OURS, PEER, judge
-from plain_support import write_whole
-from plain_support.processes import INTERRUPTED, make_interruptible
-from processes import BenchError, Child, stop_all
+from processes import BenchError, Child
 from session import Subject, find_node, split_command
 
 REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -31,6 +26,8 @@ FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each besi
 sys.path += FOLDERS
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
+ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading', 'hints'), 'sensitivity': ('markers',),
+            'half': ('markers',), 'peers': ('markers',), 'none': ('markers',)}
 BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
 
 
@@ -38,20 +35,6 @@ def suites():
     """Return the names of the suites: NAME of each file suite_NAME.py in FOLDERS."""
     files = [name for folder in FOLDERS for name in os.listdir(folder)]
     return sorted(found.group(1) for found in map(re.compile(r'suite_(\w+)\.py').fullmatch, files) if found)
-
-
-def default_json(suite):
-    """Return the path of a suite's JSON, in output/ of the repository."""
-    name = 'bench.json' if suite == DEFAULT_SUITE else f'bench_{suite}.json'
-    return os.path.join(REPOSITORY, 'output', name)
-
-
-def positive(text):
-    """Return an integer of at least 1, for argparse."""
-    value = int(text)
-    if value < 1:
-        raise ValueError(text)
-    return value
 
 
 def parse(arguments):
@@ -65,56 +48,46 @@ def parse(arguments):
     parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
                         'a * stands for any text')
-    parser.add_argument('--rounds', type=positive, default=None,
+    parser.add_argument('--rounds', type=positive(int),
                         help=f'rounds of each measurement (default: {ROUNDS}; with --quick: 1)')
     parser.add_argument('--quick', action='store_true',
                         help='short measurements with few samples, to see whether everything works')
-    parser.add_argument('--times', type=positive, default=None, metavar='N',
-                        help='only for the suites grading and hints: how often each program is graded, or how many are')
-    parser.add_argument('--busy', type=positive, default=0, metavar='N', help='measure beside N busy loops')
+    parser.add_argument('--busy', type=positive(int), default=0, metavar='N', help='measure beside N busy loops')
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
-    parser.add_argument('--sensitivity', action='store_true',
-                        help='only for the suite markers: show what -10 %% and +10 %% of each threshold change')
-    parser.add_argument('--half', choices=('development', 'test'), default='development',
-                        help='only for the suite markers: photos by class, of this half (default: %(default)s)')
-    parser.add_argument('--peers', action='store_true', help='only for the suite markers: score detectors from PyPI, '
-                        'too, on the photos by class; they are installed for this measurement only')
-    parser.add_argument('--none', action='store_true', help='only for the suite markers: count what is found in the '
-                        'images of the folder and its subfolders, in which there is no marker')
     parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
+    gradings = parser.add_argument_group('only for the suites grading and hints')
+    gradings.add_argument('--times', type=positive(int), metavar='N',
+                          help='how often each program is graded, or how many are')
+    markers = parser.add_argument_group('only for the suite markers')
+    markers.add_argument('--sensitivity', action='store_true',
+                         help='show what -10 %% and +10 %% of each threshold change')
+    markers.add_argument('--half', choices=('development', 'test'), default='development',
+                         help='photos by class, of this half (default: %(default)s)')
+    markers.add_argument('--peers', action='store_true', help='score detectors from PyPI, too, on the photos by class; '
+                         'they are installed for this measurement only')
+    markers.add_argument('--none', action='store_true', help='count what is found in the images of the folder and its '
+                         'subfolders, in which there is no marker')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
         if not fnmatch.filter(suite.MEASUREMENTS, name):
             parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
-    _use_classes(parser, options, suite)
-    options.bag = options.folder if (options.folder or '').endswith('.bag') and hasattr(suite, 'of_bag') else None
-    if options.none and not (options.folder and hasattr(suite, 'of_none')):
-        parser.error('--none needs the suite markers and a folder of images: ./run bench markers FOLDER --none')
-    if options.folder and not options.bag and not options.none:
-        if not hasattr(suite, 'use_folder'):
-            parser.error(f'{options.folder}: the suite {options.suite} takes no folder')
-        try:
-            suite.use_folder(options.folder)
-        except BenchError as error:
-            parser.error(str(error))
+    for name, able in ONLY_FOR.items():
+        if getattr(options, name) != parser.get_default(name) and options.suite not in able:
+            word = name if name == 'folder' else f'--{name}'
+            parser.error(f'{word} is only for ./run bench {" and ".join(able)}')
     if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
         parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer and --node')
-    if options.times and not isinstance(suite.QUICK, int):
-        parser.error(f'--times: the suite {options.suite} repeats nothing that often; use the suites grading and hints')
-    if options.sensitivity and not hasattr(suite, 'sensitivity'):
-        parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; use the suite markers')
+    try:
+        if hasattr(suite, 'use'):
+            suite.use(options)
+    except BenchError as error:
+        parser.error(str(error))
     options.rounds = options.rounds or (1 if options.quick else getattr(suite, 'ROUNDS', ROUNDS))
-    about = f'{options.suite}_sensitivity' if options.sensitivity else options.suite
-    options.json = options.json or default_json(about)
+    name = '_'.join(['bench', *([] if options.suite == DEFAULT_SUITE else [options.suite]),
+                     *(['sensitivity'] if options.sensitivity else [])])
+    options.json = options.json or os.path.join(REPOSITORY, 'output', f'{name}.json')
     return options, suite
-
-
-def _use_classes(parser, options, suite):
-    if hasattr(suite, 'use_classes'):
-        suite.use_classes(options.half, options.peers)
-    elif options.peers or options.half != 'development':
-        parser.error(f'--half and --peers: the suite {options.suite} has no photos by class; use the suite markers')
 
 
 def subjects(options, suite, names, folder):
@@ -139,26 +112,21 @@ def measure(options, suite, names, under_test):
     scale = options.times or (suite.QUICK if options.quick else suite.FULL)
     for place, name in enumerate(names, 1):
         measurement = suite.MEASUREMENTS[name]
-        report_progress(f'[{place}/{len(names)}] {name}: {measurement.about}')
+        progress(f'[{place}/{len(names)}] {name}: {measurement.about}')
         sides = under_test[:1] if measurement.in_process else list(under_test)
         for number in range(1, options.rounds + 1):
             for subject in list(sides):
-                report_progress(f'    round {number} of {options.rounds}, {subject.side}')
+                progress(f'    round {number} of {options.rounds}, {subject.side}')
                 try:
                     samples = measurement.run(subject, scale)
                 except BenchError as error:
                     failures.append((name, subject.side, number, str(error)))
-                    report_progress(f'    FAILED: {error}')
+                    progress(f'    FAILED: {error}')
                     sides.remove(subject)
                     continue
                 for key, values in samples.items():
                     pools[subject.side].setdefault(key, []).extend(values)
     return pools, failures
-
-
-def report_progress(text):
-    """Print the progress on stderr; stdout is for the table."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def hand_out(options, suite, pools, failures, facts):
@@ -178,35 +146,14 @@ def hand_out(options, suite, pools, failures, facts):
     write_figures(options.json, report.as_json(options.suite, rows, told, settings, facts))
 
 
-def write_figures(path, text):
-    """Write the JSON of a run; raise BenchError if that is impossible."""
-    try:
-        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-        write_whole(path, text)
-    except OSError as error:
-        raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json FILE.') from error
-    report_progress(f'Figures: {path}')
-
-
-def run_sensitivity(options, suite):
-    """Print and write as JSON what other thresholds would change; return the exit code."""
-    text, figures = suite.sensitivity(report_progress)
-    print(text)
-    write_figures(options.json, json.dumps(figures, indent=1))
-    return 0
-
-
 def run(options, suite):
     """Measure, print and write the figures; return the exit code."""
     facts = report.machine()
     names = [name for name in suite.MEASUREMENTS
              if not options.only or any(fnmatch.fnmatchcase(name, pattern) for pattern in options.only)]
-    with ExitStack() as stack:
-        folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
-        stack.callback(shutil.rmtree, folder, ignore_errors=True)
-        stack.callback(stop_all)
+    with processes_in_folder() as folder:
         for number in range(options.busy):
-            stack.enter_context(Child(f'busy loop {number}', BUSY_LOOP, dict(os.environ), folder))
+            Child(f'busy loop {number}', BUSY_LOOP, dict(os.environ), folder)
         pools, failures = measure(options, suite, names, subjects(options, suite, names, folder))
     hand_out(options, suite, pools, failures, facts)
     return 1 if failures else 0
@@ -218,21 +165,11 @@ def main():
         for name, measurement in suite.MEASUREMENTS.items():
             print(f'{name:<12} {measurement.about}')
         return 0
-    make_interruptible()
-    try:
-        if options.bag:
-            print(suite.of_bag(options.bag))
-            return 0
-        if options.none:
-            print(suite.of_none(options.folder))
-            return 0
-        return run_sensitivity(options, suite) if options.sensitivity else run(options, suite)
-    except BenchError as error:
-        report_progress(f'bench: {error}')
-        return 1
-    except KeyboardInterrupt:
-        report_progress('bench: interrupted; all its processes have ended')
-        return INTERRUPTED
+    if hasattr(suite, 'instead'):
+        special = suite.instead(options)
+        if special:
+            return exit_code('bench', lambda: special(progress))
+    return exit_code('bench', lambda: run(options, suite))
 
 
 if __name__ == '__main__':

@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import re
 import time
 
 from figures import OURS, PEER
@@ -29,17 +30,19 @@ def cells(row):
     return (name, number(row.ours), number(row.peer), ratio, target, verdict)
 
 
+def aligned(rows, right=(), rule=False):
+    """Return rows of texts as aligned columns, those of ``right`` at the right; ``rule``: a line below the first."""
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    if rule:
+        rows = [rows[0], ['-' * width for width in widths], *rows[1:]]
+    return '\n'.join('  '.join(text.rjust(width) if column in right else text.ljust(width) for column, (text, width)
+                               in enumerate(zip(row, widths))).rstrip() for row in rows)
+
+
 def table(rows):
     """Return the rows as aligned text, without those of which nothing was measured."""
-    lines = [HEADER] + [cells(row) for row in rows if row.ours is not None or row.peer is not None]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(HEADER))]
-    lines.insert(1, tuple('-' * width for width in widths))
-    return '\n'.join('  '.join(_aligned(line, widths)).rstrip() for line in lines)
-
-
-def _aligned(line, widths):
-    for column, (text, width) in enumerate(zip(line, widths)):
-        yield text.rjust(width) if column in (1, 2, 3) else text.ljust(width)
+    return aligned([HEADER, *(cells(row) for row in rows if row.ours is not None or row.peer is not None)],
+                   right=(1, 2, 3), rule=True)
 
 
 def verdict(rows):
@@ -58,20 +61,14 @@ def verdict(rows):
 
 def cpu_model(cpuinfo):
     """Return the processor's name in the text of /proc/cpuinfo; 'unknown' if it has none (some ARM boards)."""
-    for line in cpuinfo.splitlines():
-        key, _, value = line.partition(':')
-        if key.strip() in ('model name', 'Model', 'Hardware'):
-            return value.strip()
-    return 'unknown'
+    found = re.search(r'^(?:model name|Model|Hardware)\s*:\s*(.*)$', cpuinfo, re.MULTILINE)
+    return found[1] if found else 'unknown'
 
 
 def machine():
     """Return the facts of this machine that figures depend on; no names, no paths."""
-    try:
-        with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
-            model = cpu_model(file.read())
-    except OSError:
-        model = 'unknown'
+    with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
+        model = cpu_model(file.read())
     return {
         'cores': os.cpu_count(),
         'cpu': model,

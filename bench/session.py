@@ -7,11 +7,12 @@ import sys
 import time
 from dataclasses import dataclass
 
-from processes import BenchError, Child
+from processes import BenchError, Child, Cpu
 from rospy_support.own_master import MasterError, start_master
 
 FIND_DEADLINE = 20.0  # [s] for catkin_find
 COME_UP = 60.0  # [s] until a node answers; probes give up before that with a better text
+SETTLE = 1.0  # [s] after a change before a window opens
 RUN_PROBE = 'import probing; probing.main()'
 
 
@@ -131,16 +132,25 @@ def answer(probe, patience=0.0, *watched):
 def seconds_to_first(subject, scale, probe, *arguments):
     """Return the times [s] from the start of the node to the ``first`` [s] that a probe says, which is ready before.
 
-    ``probe`` (): starts it.
+    ``probe`` (): starts it; or the name of a topic.
     """
     seconds = []
     for _ in range(scale.starts):
-        with probe() as waiting:
+        with subject.probe('topic_probe', 'first', topic=probe) if isinstance(probe, str) else probe() as waiting:
             answer(waiting)
             begun = time.perf_counter()
             with subject.node(*arguments) as node:
                 seconds.append(answer(waiting, 0.0, node)['first'] - begun)
     return seconds
+
+
+def listened(subject, node, scale, **arguments):
+    """Return (CPU [% of a core] of a node, stamps [s] of a topic's messages) while it has one subscriber."""
+    with subject.probe('topic_probe', 'listen', seconds=scale.window, **arguments) as probe:
+        answer(probe, 0.0, node)
+        time.sleep(SETTLE)
+        used = Cpu(node.pid).percent_over(scale.window)
+        return used, answer(probe, scale.window, node)['stamps']
 
 
 def split_command(text):

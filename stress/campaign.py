@@ -6,22 +6,20 @@ interrupted.
 """
 
 import argparse
+import dataclasses
 import importlib
 import random
 import resource
-import shutil
 import sys
-import tempfile
 import traceback
-from contextlib import ExitStack
 
 import report
+from command import exit_code, positive, processes_in_folder, progress, write_figures
 from figures import OURS, judge
-from plain_support.processes import INTERRUPTED, make_interruptible
-from processes import BenchError, stop_all
+from processes import BenchError
 from rostest_support.tcpros import TROUBLE
 from session import Subject
-from trial import Scale, tell
+from trial import Scale
 
 SUITES = {  # minutes that the full form takes, about
     'web': 3.0, 'interrupts': 12.0, 'soak': 60.0}
@@ -35,7 +33,8 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
     parser.add_argument('suites', nargs='*', metavar='SUITE',
                         help=f'one or more of {", ".join(SUITES)} (default: all but soak)')
-    parser.add_argument('--minutes', type=positive, metavar='N', help='approximate length of each suite (default: '
+    parser.add_argument('--minutes', type=positive(float), metavar='N',
+                        help='approximate length of each suite (default: '
                         + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()) + ')')
     parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test, without the '
                         'targets that depend on the speed of the machine')
@@ -54,33 +53,16 @@ def parse(arguments):
     options.suites = options.suites or list(DEFAULT)
     if options.seed is None:
         options.seed = random.SystemRandom().randrange(LARGEST_SEED)
-    _check_only(parser, options)
-    return options
-
-
-def _check_only(parser, options):
     known = [name for suite in options.suites for name in load(suite).ATTACKS]
     for name in options.only or ():
         if name not in known:
             parser.error(f'--only {name}: it must be one of {", ".join(known)}')
-
-
-def positive(text):
-    """Return a finite number above 0, for argparse."""
-    value = float(text)
-    if not 0.0 < value < float('inf'):
-        raise ValueError(text)
-    return value
+    return options
 
 
 def load(suite):
     """Return the module of a suite: ATTACKS {name: Attack} and FIGURES."""
     return importlib.import_module(f'stress_{suite}')
-
-
-def numbers(seed, suite, attack):
-    """Return the random numbers of an attack: the same whatever else runs."""
-    return random.Random(f'{seed}/{suite}/{attack}')
 
 
 def scale_of(options, suite):
@@ -105,13 +87,13 @@ def attack_all(options, subject, pool, failures):
         for name, attack in load(suite).ATTACKS.items():
             if options.only and name not in options.only:
                 continue
-            tell(f'{suite}, {name}: {attack.about}')
+            progress(f'{suite}, {name}: {attack.about}')
             try:
                 _new_master(subject)
-                found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
+                found = attack.run(subject, scale_of(options, suite), random.Random(f'{options.seed}/{suite}/{name}'))
             except (BenchError, *TROUBLE) as error:
                 failures.append((suite, name, f'{type(error).__name__} in {_place(error)}: {error}'))
-                tell(f'    FAILED in {_place(error)}: {error}')
+                progress(f'    FAILED in {_place(error)}: {error}')
                 continue
             for key, values in found.items():
                 pool.setdefault(key, []).extend(values)
@@ -121,14 +103,7 @@ def figures_of(options):
     """Return the figures of all suites; in the small form times and rates have no target."""
     for suite in options.suites:
         for figure in load(suite).FIGURES:
-            timed = bool(figure.unit)
-            yield figure.__class__(figure.name, figure.key, figure.unit, figure.reduce,
-                                   None if options.small and timed else figure.target)
-
-
-def is_lost(rows, failures):
-    """Return whether a target was missed or something could not be tried."""
-    return bool(failures) or any(row.ok is False for row in rows)
+            yield dataclasses.replace(figure, target=None) if options.small and figure.unit else figure
 
 
 def hand_out(options, pool, failures, facts):
@@ -142,24 +117,17 @@ def hand_out(options, pool, failures, facts):
     if options.json:
         settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes}
         told = [{'suite': suite, 'attack': name, 'error': text.splitlines()[0]} for suite, name, text in failures]
-        try:
-            with open(options.json, 'w', encoding='utf-8') as file:
-                file.write(report.as_json(' '.join(options.suites), rows, told, settings, facts))
-        except OSError as error:
-            raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json.') from error
-    return 1 if is_lost(rows, failures) else 0
+        write_figures(options.json, report.as_json(' '.join(options.suites), rows, told, settings, facts))
+    return 1 if failures or any(row.ok is False for row in rows) else 0
 
 
 def run(options):
     """Run the attacks, print and write the figures, also when interrupted; return the exit code."""
     facts = report.machine()
-    tell(f'Seed: {options.seed}')
+    progress(f'Seed: {options.seed}')
     pool, failures = {}, []
     try:
-        with ExitStack() as stack:
-            folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
-            stack.callback(shutil.rmtree, folder, ignore_errors=True)
-            stack.callback(stop_all)
+        with processes_in_folder() as folder:
             attack_all(options, Subject(OURS, ['unused'], folder), pool, failures)
     except KeyboardInterrupt:
         hand_out(options, pool, failures, facts)
@@ -181,13 +149,5 @@ def main():
             for name, attack in load(suite).ATTACKS.items():
                 print(f'{suite:<8} {name:<14} {attack.about}')
         return 0
-    make_interruptible()
     _allow_many_files()
-    try:
-        return run(options)
-    except BenchError as error:
-        tell(f'stress: {error}')
-        return 1
-    except KeyboardInterrupt:
-        tell('stress: interrupted; all its processes have ended')
-        return INTERRUPTED
+    return exit_code('stress', lambda: run(options))

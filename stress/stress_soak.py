@@ -8,15 +8,16 @@ import socket
 import threading
 import time
 
+import numpy as np
 import psutil
 from nav_msgs.msg import Odometry
 from robotont_gazebo.srv import SetPose
+from scipy import stats
 from std_srvs.srv import Empty
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 from figures import Figure, Target
-from growth import after_warm_up, growth, step
 from rostest_support import node_kinds, tcpros
 from rostest_support.tcpros import TROUBLE
 from trial import NOTHING, Attack, running
@@ -30,6 +31,9 @@ LOAD_EVERY = 3  # samples between two rounds of calls
 HARMLESS = 50.0  # [MB a day] that a node may grow by: a week is less than half a gigabyte
 EDGE = 5  # messages more or less at the ends of the count
 SETTLE = 5.0  # [s]
+DAY = 86400.0  # [s]
+WARM_UP = 1.0 / 6.0  # share of a run that is left out: 10 minutes of an hour
+BLOCKS = 20  # samples of memory are correlated over minutes; the means of so many blocks are not
 OWN = 'Pss_Anon', 'Pss_Shmem', 'SwapPss'  # of /proc/PID/smaps_rollup
 MISBEHAVING = 50  # clients at once
 CALLERS, STORM = 8, 1.0  # threads that call at once, and how long [s]
@@ -184,17 +188,24 @@ def own_memory(pid):
     return sum(int(size.split()[0]) for size in sizes.values()) * 1024 / 1e6
 
 
+def growth(samples):
+    """Return the slope a day of (time [s], value) samples, and half the width of its 95 % interval."""
+    means = np.array([np.mean(block, axis=0) for block in np.array_split(samples, BLOCKS)])
+    line = stats.linregress(*means.T)
+    return DAY * line.slope, DAY * np.nan_to_num(line.stderr) * stats.t.ppf(0.975, BLOCKS - 2)
+
+
 def _judged(key, series):
     found = {}
+    late = {name: samples[int(WARM_UP * len(samples)):] for name, samples in series.items()}
     for name in ('descriptors', 'threads'):
-        found[f'{name}_{key}'] = [step(after_warm_up(series[name]))]
-    memory = after_warm_up(series['memory'])
-    try:
-        grown = growth(memory)
-    except ValueError:
-        return found  # it ended early
-    found.update({f'memory_{key}': [memory[-1][1]], f'slope_{key}': [grown.slope], f'margin_{key}': [grown.margin],
-                  f'proven_{key}': [int(grown.is_proven(HARMLESS))]})
+        values = [value for _, value in late[name]]
+        quarter = max(1, len(values) // 4)
+        found[f'{name}_{key}'] = [np.median(values[-quarter:]) - np.median(values[:quarter])]
+    if len(late['memory']) >= BLOCKS:  # it did not end early
+        slope, margin = growth(late['memory'])
+        found.update({f'memory_{key}': [late['memory'][-1][1]], f'slope_{key}': [slope], f'margin_{key}': [margin],
+                      f'proven_{key}': [int(slope > margin and slope + margin >= HARMLESS)]})
     return found
 
 

@@ -2,7 +2,6 @@
 import contextlib
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -18,11 +17,6 @@ POLL = 0.05  # [s]
 SETTLED = 20.0  # [s] within which a node has released what its clients left
 NOTHING = Target('at_most', 0)
 SPARE = 8  # descriptors and threads that may come and go: the node's own calls to master and clients
-
-
-def tell(text):
-    """Print the progress on stderr; stdout is for the table."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def until(condition, what):

@@ -10,15 +10,14 @@ import rospy
 from turtlesim.msg import Drawing
 from turtlesim.srv import Spawn
 
-from probing import COME_UP, POLL, Silent, await_true, clock, say
+from probing import COME_UP, Silent, await_true, clock, say
+from rosbridge_probe import connected
 from rostest_support.browser import MISSING, Browser
-from rostest_support.websocket_client import WebSocket
 from turtlesim_probe import Receiver, drive
 
 PERIOD = 0.3  # [s] between two commands
 STROKES = 10000  # before the page is opened; each turtle draws one a step
 STEP = 0.016  # [s]
-HERE = '127.0.0.1'
 POSE = '/turtle1/pose'
 ON_THE_WAY = 3  # poses that one of two clients may have when they are counted
 SETTLE = 3.0  # [s] after the last panel was opened
@@ -97,24 +96,12 @@ def _heap(browser, handle):
     return browser.devtools('Runtime.getHeapUsage')['usedSize'] / 1e6
 
 
-def _connected(port):
-    """Return a WebSocket to the server of the page, once it listens and has a master."""
-    deadline = clock() + COME_UP
-    while True:
-        try:
-            return WebSocket((HERE, port), COME_UP)
-        except OSError:
-            if clock() > deadline:
-                raise
-        time.sleep(POLL)
-
-
 class Witness:
     """A client of the page's server that gets all poses of a turtle: ``stamps`` [s]."""
 
     def __init__(self, port):
         self.stamps = []
-        self._socket = _connected(port)
+        self._socket = connected(port)
         self._socket.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
         threading.Thread(target=self._run, daemon=True).start()
         await_true(lambda: self.stamps, COME_UP, 'a pose at the client beside the pages')
@@ -136,7 +123,7 @@ def visitors(port, count, seconds):
     witness.stamps.clear()
     for number in range(count):
         time.sleep(max(0.0, start + seconds * number / count - clock()))
-        client = WebSocket((HERE, port), COME_UP)
+        client = connected(port)
         client.subscribe(POSE, 'turtlesim/Pose')
         client.subscribe('/turtlesim/image_raw', 'sensor_msgs/Image')
         if number % 3 == 0:

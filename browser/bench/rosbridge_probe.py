@@ -37,12 +37,15 @@ POSE = {'header': {'frame_id': 'map'}, 'pose': {'position': {'x': 1.5, 'y': -2.5
 ZERO = {part: dict.fromkeys('xyz', 0.0) for part in ('linear', 'angular')}
 
 
-def connected():
-    """Return a connection to the server, once it listens; the master may still have the port of an earlier one."""
+def connected(port=None):
+    """Return a connection to a server, rosbridge's by default, once it listens.
+
+    The master may still have the port of an earlier one.
+    """
     deadline = clock() + COME_UP
     while True:
         try:
-            return WebSocket(('127.0.0.1', rospy.get_param(PORT)), COME_UP)
+            return WebSocket(('127.0.0.1', port or rospy.get_param(PORT)), COME_UP)
         except (OSError, KeyError):
             if clock() > deadline:
                 raise
@@ -70,14 +73,17 @@ def echoing():
     while clock() < deadline:
         page.send(op='publish', topic=ECHO, msg=text(0))
         if select.select([page], [], [], 0.2)[0] and any(number_of(frame) == 0 for frame in page.frames()):
-            settle(page, 0.5)
+            drop(page, 0.5)
             return page
     raise Silent('no message came back')
 
 
-def settle(page, seconds):
-    """Drop messages until none has come for this time."""
-    while select.select([page], [], [], seconds)[0]:
+def drop(page, idle=ONE_ANSWER, end=float('inf')):
+    """Drop messages until none has come for ``idle`` [s], or until ``end`` [s]."""
+    while True:
+        left = min(idle, end - clock())
+        if left <= 0 or not select.select([page], [], [], left)[0]:
+            return
         for _ in page.frames():
             pass
 
@@ -96,7 +102,7 @@ def round_trip(count, beside_images=False):
     times, start = [], clock()
     phases = stratified_phases(count, random.Random(1))
     for number, phase in enumerate(phases, 1):
-        wait(page, start + PERIOD * (number + phase))
+        drop(page, end=start + PERIOD * (number + phase))
         begun = clock()
         page.send(op='publish', topic=ECHO, msg=text(number))
         while len(times) < number:
@@ -109,17 +115,6 @@ def round_trip(count, beside_images=False):
     say(times=times, images=images / (clock() - start))
 
 
-def wait(page, end):
-    """Read and drop messages until a time."""
-    while True:
-        left = end - clock()
-        if left <= 0:
-            return
-        if select.select([page], [], [], left)[0]:
-            for _ in page.frames():
-                pass
-
-
 def rate(seconds):
     """Report the highest rate [Hz] of messages there and back of which at most 1 % are late."""
     page = echoing()
@@ -129,8 +124,8 @@ def rate(seconds):
         if late > 0.01 or reached < 0.99 * tried:
             break
         found, tried = tried, tried * STEP
-        settle(page, 0.2)
-    settle(page, 0.5)
+        drop(page, 0.2)
+    drop(page, 0.5)
     for _ in range(2):  # between the last that held and the first that did not
         middle = (found * tried) ** 0.5
         late, reached = offered(page, middle, seconds)
@@ -138,7 +133,7 @@ def rate(seconds):
             tried = middle
         else:
             found = middle
-        settle(page, 0.5)
+        drop(page, 0.5)
     say(rate=found)
 
 

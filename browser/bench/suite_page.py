@@ -20,42 +20,38 @@ SOAK = 60  # windows that many pages stay open: 5 minutes of a full round
 FULL, QUICK = Scale(window=5.0), Scale(window=2.0)
 
 
+def _asked(subject, task, seconds, more=0.0, core=(), **arguments):
+    """Return what a task of the probe says of a page of turtlesim after ``seconds``; ``more``: patience [s]."""
+    port = free_port()
+    with subject.other([*core, *find_node('turtlesim', 'turtlesim_node')]), \
+            subject.node(f'--port={port}', before=core) as node:
+        return subject.ask(node, PROBE, task, PATIENCE + seconds + more, port=port, seconds=seconds, **arguments)
+
+
 def turtles(subject, scale):
     """Measure the page while many turtles draw."""
-    port = free_port()
-    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
-        found = subject.ask(node, PROBE, 'turtles', PATIENCE + scale.window, port=port, count=TURTLES,
-                            seconds=scale.window)
+    found = _asked(subject, 'turtles', scale.window, count=TURTLES)
     return {'first': [found['first']], 'frames': found['frames'], 'drawing': [found['drawing']],
             'size': [found['size'] / 1e3]}
 
 
 def panels(subject, scale):
     """Measure turtlesim while all panels are open; simulator, server and Chromium share one core."""
-    port, core = free_port(), ['taskset', '--cpu-list', str(max(os.sched_getaffinity(0)))]
-    with subject.other([*core, *find_node('turtlesim', 'turtlesim_node')]), \
-            subject.node(f'--port={port}', before=core) as node:
-        stamps = subject.ask(node, PROBE, 'panels', PATIENCE + 2.0 * scale.window, port=port,
-                             seconds=2.0 * scale.window)['stamps']
+    core = 'taskset', '--cpu-list', str(max(os.sched_getaffinity(0)))
+    stamps = _asked(subject, 'panels', 2.0 * scale.window, core=core)['stamps']
     return {'poses': [mean_rate(stamps)], 'gaps': [1e3 * gap for gap in intervals(stamps)]}
 
 
 def soak(subject, scale):
     """Measure the memory of many pages, half of them with plots, and whether a client beside them gets all poses."""
-    port = free_port()
-    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
-        found = subject.ask(node, PROBE, 'soak', PATIENCE + 10.0 * PAGES + SOAK * scale.window, port=port, count=PAGES,
-                            seconds=SOAK * scale.window)
+    found = _asked(subject, 'soak', SOAK * scale.window, 10.0 * PAGES, count=PAGES)
     return {'heap': found['heap'], 'grown': found['grown'], 'lost': [found['lost']]}
 
 
 def visitors(subject, scale):
     """Measure the poses at a page while others connect and close, stall without reading, or vanish."""
-    port = free_port()
-    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
-        found = subject.ask(node, PROBE, 'visitors', PATIENCE + 4.0 * scale.window, port=port, count=VISITORS,
-                            seconds=2.0 * scale.window)
-    return {'visited': [mean_rate(found['stamps'])], 'visit_gap': [1e3 * gap for gap in intervals(found['stamps'])]}
+    stamps = _asked(subject, 'visitors', 2.0 * scale.window, count=VISITORS)['stamps']
+    return {'visited': [mean_rate(stamps)], 'visit_gap': [1e3 * gap for gap in intervals(stamps)]}
 
 
 MEASUREMENTS = {'turtles': Measurement(turtles, f'the canvas with {TURTLES} turtles'),

@@ -38,11 +38,12 @@ POLL = 0.1  # [s]
 _folder = [REPOSITORY / 'output' / 'checkouts']
 
 
-def use_folder(folder):
-    """Take the checkouts in this folder; raise BenchError if it is none."""
-    if not os.path.isdir(folder):
-        raise BenchError(f'{folder} is not a folder. Make it: missing checkouts are fetched into it.')
-    _folder[:] = [Path(folder).resolve()]
+def use(options):
+    """Take the checkouts in the folder of the options; raise BenchError if it is none."""
+    if options.folder and not os.path.isdir(options.folder):
+        raise BenchError(f'{options.folder} is not a folder. Make it: missing checkouts are fetched into it.')
+    if options.folder:
+        _folder[:] = [Path(options.folder).resolve()]
 
 
 def checkout(name, folder):

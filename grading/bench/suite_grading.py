@@ -30,8 +30,6 @@ BORDERLINE = 'right_borderline'  # passes with the SEED, and fails with some oth
 REAL_TIME = 'right_busy_loop', 'right_wait_for_message', 'right_wall_clock'  # their scores may differ
 SEED = 7
 LIMIT = 120.0  # [s] of one grading
-SEEDS = 50  # drawn anew for each program
-WRONG = {'print_marker_ids': 'wrong_prints_counter', 'square_by_teleport': 'wrong_three_positions'}  # else the last one
 FULL, QUICK = 100, 4  # repeats of one grading
 MANY = 'print_marker_ids'  # a short one
 MEMORY_PERIOD = 0.5  # [s]
@@ -42,11 +40,6 @@ CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
 def right_program(exercise):
     """Return the first right program of an exercise that need not be graded in real time, with any seed."""
     return min(path for path in _programs(exercise, 'right_*') if path.stem not in (*REAL_TIME, BORDERLINE))
-
-
-def wrong_program(exercise):
-    """Return a wrong program of an exercise, preferably one that nearly passes."""
-    return max(_programs(exercise, WRONG.get(exercise, 'wrong_*')))
 
 
 def _programs(exercise, name, both=False):
@@ -102,28 +95,6 @@ def whole_class(_subject, _scale):
         seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS),
                          '--output', str(Path(folder, 'out'))], LIMIT * len(EXERCISES))
     return {'class': [seconds / len(EXERCISES)]}
-
-
-def seeds(exercise):
-    """Return the measurement of a right and a wrong program of an exercise: the share of the expected verdicts."""
-    def run(_subject, most):
-        expected = {'right': (right_program(exercise), 'passed'), 'wrong': (wrong_program(exercise), 'failed')}
-        count = min(most, SEEDS)
-        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
-            for name, (program, _) in expected.items():
-                for number in range(count):
-                    hand_in(program, Path(folder, 'class', f'{name}{number:02}'))
-            output = Path(folder, 'out')
-            grade(['--all', str(Path(folder, 'class')), '--jobs', str(CLASS_JOBS), '--output', str(output)],
-                  LIMIT * count, accepted=(1,))
-            results = [(json.loads(path.read_text(encoding='utf-8')), path.parent.parent.name[:5])
-                       for path in sorted(output.glob(f'*/{exercise}/result.json'))]
-        for result, name in results:
-            if result['outcome'] != expected[name][1]:
-                print(f'    {expected[name][0].name}, seed {result["seed"]}: {result["outcome"]}', file=sys.stderr)
-        right = [result['outcome'] == expected[name][1] for result, name in results]
-        return {'seeds': [100.0 * sum(right) / (2 * count)]}
-    return run
 
 
 def repeats(exercise):
@@ -187,9 +158,6 @@ def _verdict(path):
 MEASUREMENTS = {
     **{exercise: Measurement(one(exercise), f'{exercise}, {right_program(exercise).name}') for exercise in EXERCISES},
     'class': Measurement(whole_class, f'a class with all {len(EXERCISES)} exercises, {CLASS_JOBS} at once'),
-    **{f'seeds {exercise}': Measurement(seeds(exercise), f'{right_program(exercise).name} and '
-                                        f'{wrong_program(exercise).name} of {exercise}, {SEEDS} seeds each')
-       for exercise in EXERCISES},
     **{f'repeats {exercise}': Measurement(repeats(exercise), f'all right programs of {exercise}, each {FULL} times')
        for exercise in EXERCISES},
     'many': Measurement(many, f'{10 * FULL} gradings of {MANY} in one run'),
@@ -202,7 +170,6 @@ FIGURES = (
     Figure('one run with many, per grading', 'many', 's', median, Target('at_most', 2.5)),
     Figure('memory of a run, at its end more than at its beginning', 'memory', 'MB', max, Target('at_most', 5.0)),
     Figure('files and processes that a run leaves', 'left', '', max, Target('at_most', 0.0)),
-    Figure(f'right verdicts, {SEEDS} seeds a program', 'seeds', '%', min, Target('at_least', 100.0)),
     Figure('passed gradings of right programs, the least of a program', 'passed', '%', min, Target('at_least', 100.0)),
     Figure('equal scores of a right program, the least', 'equal', '%', min, Target('at_least', 100.0)),
 )

@@ -3,35 +3,23 @@
 "Times real time" is simulated seconds a second of one core.
 """
 
-import time
 from functools import partial
 from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median
-from processes import Cpu, tree_memory
-from session import FULL, QUICK, Measurement, answer, find_node, seconds_to_first
+from processes import tree_memory
+from session import FULL, QUICK, Measurement, answer, find_node, listened, seconds_to_first
 
 PACKAGE = 'robotont_gazebo'
 EXECUTABLE = 'robotont_gazebo'
 WORLD = '_world:=minimaze_ar', '_x:=-2.0'
-PROBE = 'robotont_probe'
-SETTLE = 1.0  # [s]
 
 __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
     """Measure the time from the start of the process to its first odometry at a waiting subscriber."""
-    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(PROBE, 'first', topic='odom'), *WORLD)}
-
-
-def _listened(subject, node, scale, **arguments):
-    """Return (CPU [% of a core] of a node, stamps [s] of a topic's messages) while it has one subscriber."""
-    with subject.probe(PROBE, 'listen', seconds=scale.window, **arguments) as probe:
-        answer(probe, 0.0, node)
-        time.sleep(SETTLE)
-        used = Cpu(node.pid).percent_over(scale.window)
-        return used, answer(probe, scale.window, node)['stamps']
+    return {'start': seconds_to_first(subject, scale, 'odom', *WORLD)}
 
 
 def rates(subject, scale):
@@ -39,7 +27,7 @@ def rates(subject, scale):
     found = {}
     with subject.node(*WORLD, '_model:=robotont_gazebo_lidar') as node:
         for topic in ('odom', 'scan'):
-            used, stamps = _listened(subject, node, scale, topic=topic)
+            used, stamps = listened(subject, node, scale, topic=topic)
             found.update({f'{topic}_cpu': [used], f'{topic}_rate': [mean_rate(stamps)],
                           f'{topic}_jitter': [1e3 * stdev(intervals(stamps))]})
         found['memory'] = [tree_memory(node.pid)[0]]
@@ -49,7 +37,7 @@ def rates(subject, scale):
 def camera(topic, key, subject, scale):
     """Measure a camera of 1280 x 720 with one subscriber to ``topic``."""
     with subject.node(*WORLD), subject.other(find_node(PACKAGE, 'robotont_camera')) as eye:
-        used, stamps = _listened(subject, eye, scale, topic=topic, turning=True)
+        used, stamps = listened(subject, eye, scale, topic=topic, turning=True)
         return {f'{key}_cpu': [used], f'{key}_rate': [mean_rate(stamps)], f'{key}_memory': [tree_memory(eye.pid)[0]]}
 
 

@@ -10,26 +10,25 @@ from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median, p95
 from processes import Cpu, tree, tree_memory
-from session import FULL, QUICK, Measurement, answer, seconds_to_first
+from session import FULL, QUICK, SETTLE, Measurement, answer, listened, seconds_to_first
 
 PACKAGE = 'turtlesim'
 EXECUTABLE = 'turtlesim_node'
 PROBE = 'turtlesim_probe'
 TURTLE_COUNTS = (1, 20, 100)
-SERVICES = ('turtle1/set_pen', 'turtle1/teleport_absolute')
-ALL_SERVICES = (*SERVICES, 'turtle1/teleport_relative', 'clear', 'spawn', 'kill', 'reset')  # reset is the last
+SERVICES = ('turtle1/set_pen', 'turtle1/teleport_absolute', 'turtle1/teleport_relative', 'clear', 'spawn', 'kill',
+            'reset')  # the last: it ends turtles that others need
 WAYS = {'back': 'back to back', 'single': 'single', 'together': '4 callers at once'}
 MANY = 1000  # turtles
 LAST = 50  # of them
 RATE = 62.5  # [Hz] turtlesim's
-SETTLE = 1.0  # [s] after a change before a window opens
 
 __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
     """Measure the time from the start of the process to its first pose at a waiting subscriber."""
-    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(PROBE, 'first_pose'))}
+    return {'start': seconds_to_first(subject, scale, 'turtle1/pose')}
 
 
 def turtles_in_words(count):
@@ -45,7 +44,7 @@ def word(service):
 def tick_rate(subject, scale):
     """Measure rate and regularity of one turtle's poses."""
     with subject.node() as node:
-        stamps = subject.ask(node, PROBE, 'rate', scale.window, seconds=scale.window)['stamps']
+        _, stamps = listened(subject, node, scale, topic='turtle1/pose')
     return {'rate': [mean_rate(stamps)], 'jitter': [1e3 * stdev(intervals(stamps))]}
 
 
@@ -56,23 +55,11 @@ def cmd_vel(subject, scale):
     return {'cmd_vel': [1e3 * seconds for seconds in times]}
 
 
-def service(subject, scale):
-    """Measure service calls back to back, with a connection for each and with one for all."""
-    found = {}
-    with subject.node() as node:
-        for name in SERVICES:
-            for key, persistent in (('fresh', False), ('kept', True)):
-                times = subject.ask(node, PROBE, 'proxies', 0.2 * scale.samples, service=name, count=scale.samples,
-                                    persistent=persistent)['times']
-                found[f'{word(name)}_{key}'] = [1e3 * seconds for seconds in times]
-    return found
-
-
 def calls(subject, scale):
     """Measure the times of all services' calls: back to back, single at any moment, several at once."""
     found = {}
     with subject.node() as node:
-        for name in ALL_SERVICES:
+        for name in SERVICES:
             said = subject.ask(node, PROBE, 'calls', 0.5 * scale.samples, service=name, count=scale.samples)
             found.update({f'{word(name)}_{way}': [1e3 * seconds for seconds in said[way]] for way in WAYS})
             found[f'{word(name)}_frames'] = said['frames']
@@ -150,7 +137,6 @@ MEASUREMENTS = {
     'start': Measurement(start, 'start to first pose'),
     'rate': Measurement(tick_rate, 'tick rate and jitter'),
     'cmd_vel': Measurement(cmd_vel, 'cmd_vel to the pose that shows it'),
-    'service': Measurement(service, 'service calls'),
     'calls': Measurement(calls, 'all services: back to back, single, several at once'),
     **{f'turtles_{count}': Measurement(partial(load, count), f'CPU, memory and rates with {turtles_in_words(count)}')
        for count in TURTLE_COUNTS},
@@ -159,16 +145,8 @@ MEASUREMENTS = {
 }
 
 
-def _service_figures():
-    for name in SERVICES:
-        for kept, words in (('fresh', 'a connection a call'), ('kept', 'persistent')):
-            for reduce, how in ((median, 'median'), (p95, 'p95')):
-                yield Figure(f'{word(name)}, {words}, {how}', f'{word(name)}_{kept}', 'ms', reduce,
-                             Target('ratio', 1.05))
-
-
 def _call_figures():
-    for name in map(word, ALL_SERVICES):
+    for name in map(word, SERVICES):
         for way, words in WAYS.items():
             yield Figure(f'{name}, {words}, median', f'{name}_{way}', 'ms', median, Target('ratio', 1.05))
         yield Figure(f'{name}, {WAYS["together"]}, frames', f'{name}_frames', 'frames', median, Target('ratio', 1.05))
@@ -223,7 +201,6 @@ FIGURES = (
     Figure('tick jitter (std dev)', 'jitter', 'ms', median, Target('ratio', 1.3)),
     Figure('cmd_vel to pose, median', 'cmd_vel', 'ms', median, Target('ratio', 1.05)),
     Figure('cmd_vel to pose, p95', 'cmd_vel', 'ms', p95, Target('ratio', 1.05)),
-    *_service_figures(),
     *_call_figures(),
     *_load_figures(),
     *_many_figures(),

@@ -61,24 +61,6 @@ class Receiver:
             stamps.clear()
 
 
-def first_pose():
-    """Say that all is ready, then report when the first pose came."""
-    stamps = []
-    rospy.Subscriber('turtle1/pose', rospy.AnyMsg, lambda _: stamps.append(clock()), tcp_nodelay=True)
-    say(ready=True)
-    await_true(lambda: stamps, COME_UP, 'a pose')
-    say(first=stamps[0])
-
-
-def rate(seconds):
-    """Report the stamps of turtle1's poses in this time."""
-    receiver = Receiver(['turtle1'])
-    time.sleep(SETTLE)
-    receiver.clear()
-    time.sleep(seconds)
-    say(stamps=list(receiver.stamps['turtle1']))
-
-
 def drive(turtles, speed=1.0, turn=2.0, period=DRIVE_PERIOD):
     """Drive turtles in circles until the process ends."""
     publishers = [rospy.Publisher(f'{turtle}/cmd_vel', Twist, queue_size=1) for turtle in turtles]
@@ -190,19 +172,6 @@ def cmd_vel(count):
         publisher.publish(message)
         reference = watch.await_shown()
         times.append(reference - sent)
-    say(times=times[1:])
-
-
-def proxies(service, count, persistent):
-    """Report the times [s] of calls by rospy, with a connection for each (its default) or one for all."""
-    kind, values = SERVICES[service]
-    rospy.wait_for_service(service, COME_UP)
-    kept = rospy.ServiceProxy(service, kind, persistent=True) if persistent else None
-    times = []
-    for _ in range(count + 1):
-        begun = clock()
-        (kept or rospy.ServiceProxy(service, kind))(*values(''))
-        times.append(clock() - begun)
     say(times=times[1:])
 
 

@@ -5,6 +5,7 @@ import os
 import tempfile
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import campaign
@@ -19,7 +20,7 @@ SIZE = 50_000_000  # [bytes]
 @pytest.mark.parametrize('arguments, told', [
     (['absent'], 'the suites are web'), (['--minutes', '0'], '--minutes'), (['--minutes', 'nan'], '--minutes'),
     (['--seed', '-1'], 'it must be 0 to'), (['--small', '--minutes', '3'], 'leave out --minutes'),
-    (['web', '--only', 'absent'], 'it must be one of web_socket'),
+    (['web', '--only', 'absent'], 'it must be one of web_garbage'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
@@ -44,8 +45,8 @@ def test_suites_are_sound():
 def test_small_form_does_not_judge_the_machine():
     full = {figure.key: figure.target for figure in campaign.figures_of(campaign.parse(['web']))}
     small = {figure.key: figure.target for figure in campaign.figures_of(campaign.parse(['web', '--small']))}
-    assert full['web_http_gap'] is not None and small['web_http_gap'] is None
-    assert full['web_http_hung'] == small['web_http_hung'] == Target('at_most', 0)
+    assert full['web_paths_gap'] is not None and small['web_paths_gap'] is None
+    assert full['web_paths_hung'] == small['web_paths_hung'] == Target('at_most', 0)
 
 
 def fail(*_):
@@ -75,6 +76,15 @@ def test_a_run(monkeypatch, tmp_path, capsys, attack, code, said):
     else:
         assert campaign.run(options) == code
     assert said in capsys.readouterr().out and json.loads(file.read_text())['settings']['seed'] == 5
+
+
+def test_growth_of_a_line_with_noise():
+    """Its 95 % interval holds the slope of 30 a day."""
+    rng = np.random.default_rng(1)
+    times = np.arange(0.0, 3600.0, 5.0)
+    slope, margin = stress_soak.growth(np.stack([times, 80.0 + 30.0 * times / stress_soak.DAY
+                                                 + rng.normal(0.0, 0.1, len(times))], 1))
+    assert 0.0 < abs(slope - 30.0) < margin < 10.0
 
 
 def test_own_memory_is_what_a_process_fills():

@@ -90,6 +90,7 @@ def collected(*options):
     (['test/cases/test_page.py'], []),
     (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
 ], ids=['function', 'rostest', 'check', 'rostests are not fast', 'page', 'pages are for a release', 'mark'])
+@pytest.mark.one_in(3)
 def test_selection(options, names):
     assert collected(*options) == names
 

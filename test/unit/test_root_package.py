@@ -66,6 +66,7 @@ def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
            f'{workspace}' in said
 
 
+@pytest.mark.release
 def test_without_the_marker_messages_it_stops_too(tmp_path):
     workspace = make_workspace(tmp_path)
     interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'simulation' / 'turtlesim')

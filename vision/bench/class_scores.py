@@ -19,6 +19,7 @@ from marker_score import Score, flagged, score_frame
 from markers_cli import detection_record
 from photo import with_gamma
 from processes import BenchError
+from report import aligned
 
 HEADS = ('corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false')
 COLUMNS = 1 + len(HEADS)  # of a tool in the table
@@ -94,8 +95,7 @@ def table(results):
         for by_class in results.values():
             row += _columns(by_class[name]) if name in by_class else ['-'] * COLUMNS
         rows.append(row)
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    lines = [aligned(rows)]
     for tool, by_class in results.items():
         times = [each for name in KINDS for each in by_class[name].ms]
         if not times:

@@ -11,6 +11,7 @@ from aruco_baseline import ArucoBaseline
 from class_scores import detector_of
 from marker_score import rotation_between
 from processes import BenchError
+from report import aligned
 
 RARE = 3  # images: an id that is seen in fewer is doubtful
 SIZE = 0.05  # m: has no effect without ground truth
@@ -82,6 +83,4 @@ def report(path):
     head = ('id', *(f'{tool}: {what}' for tool in seen for what in ('seen', 'corner px', 'rotation deg')))
     rows = [head] + [(str(number), *(cell for each in seen.values() for cell in each.row(number)))
                      for number in sorted(set().union(*(each.by_id for each in seen.values())), key=str)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
-    return '\n'.join([f'{path}: {count} images; scatter from image to image, median / 95th', *lines])
+    return f'{path}: {count} images; scatter from image to image, median / 95th\n{aligned(rows)}'

@@ -56,7 +56,7 @@ class Points:
 
 
 def poses(_subject, scale):
-    """Return the errors of the poses by source and distance, and the time that points take for each marker."""
+    """Return the errors of the poses by source, and the time that points take for each marker."""
     cv2.setNumThreads(1)
     rng, detector, samples = np.random.default_rng(14), Detector(SIZE), {}
     for name, (noise, blur, contrast, of_points) in SETS.items():
@@ -89,11 +89,10 @@ def _measure(samples, detection, marker, points, name, distance):
     if isinstance(plane, depth.Plane):
         found['points'] = depth.pose_on(plane, CAMERA.to_rays(CAMERA.to_ideal(detection.corners)))[:2]
     for source, (rotation, position) in found.items():
-        for key in (f'{source}_{name}', f'{source}_{name}_{distance}'):
-            samples.setdefault(f'{key}_position', []).append(
-                100.0 * float(np.linalg.norm(position - marker.position)) / distance)
-            samples.setdefault(f'{key}_rotation', []).append(
-                float(np.degrees(rotations.angle_between(rotation, marker.rotation))))
+        samples.setdefault(f'{source}_{name}_position', []).append(
+            100.0 * float(np.linalg.norm(position - marker.position)) / distance)
+        samples.setdefault(f'{source}_{name}_rotation', []).append(
+            float(np.degrees(rotations.angle_between(rotation, marker.rotation))))
 
 
 MEASUREMENTS = {'poses': Measurement(poses, 'errors of poses from image, points and both', in_process=True)}
@@ -106,9 +105,6 @@ def _figures():
                                                             SOURCES.items()):
             yield Figure(f'{light}: {kind} error, {words}, median', f'{key}_{light}_{kind}', unit)
             yield Figure(f'{light}: {kind} error, {words}, 95th', f'{key}_{light}_{kind}', unit, p95)
-            for distance in DISTANCES:
-                name = f'{light}: {kind} error, {words}, {distance:g} m'
-                yield Figure(name, f'{key}_{light}_{distance}_{kind}', unit)
         yield Figure(f'{light}: rotation error, 95th, both against image', f'gain_{light}', 'times', median,
                      Target('below', HARDLY_WORSE))
 

@@ -21,11 +21,13 @@ from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
+from command import write_figures
 from figures import OURS, Figure, Target, median, p95
 from marker_score import cameras_of, score, score_frame
 from markers_cli import detection_record
 from photo import with_gamma
 from processes import BenchError
+from report import aligned
 from sensitivity import report as sensitivity_report
 from session import Measurement
 
@@ -82,26 +84,33 @@ _frames = []
 _classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}}
 
 
+def use(options):
+    """Measure on the folder and the half of the options; raise BenchError for a folder without frames."""
+    _classes.update(half=options.half, peers=options.peers)
+    if options.none and not options.folder:
+        raise BenchError('--none needs a folder of images: ./run bench markers FOLDER --none')
+    if options.folder and not options.none and not options.folder.endswith('.bag'):
+        use_folder(options.folder)
+
+
+def instead(options):
+    """Return the function of a function that prints progress which does what the options ask for; else None."""
+    cv2.setNumThreads(1)
+
+    def work(progress):
+        if options.sensitivity:
+            text, figures = sensitivity_report(frames(), progress)
+            write_figures(options.json, json.dumps(figures, indent=1))
+        else:
+            text = (no_markers if options.none else marker_bag).report(options.folder)
+        print(text)
+        return 0
+    return work if options.sensitivity or options.none or (options.folder or '').endswith('.bag') else None
+
+
 def use_folder(folder):
     """Measure on the frames of this folder; BenchError if it has none."""
     _frames[:] = [Frames(folder)]
-
-
-def use_classes(half, peers):
-    """Score the classes on this half, with the peers from PyPI if ``peers``."""
-    _classes.update(half=half, peers=peers)
-
-
-def of_bag(path):
-    """Return as text what is found in the images of a bag; raise BenchError."""
-    cv2.setNumThreads(1)
-    return marker_bag.report(path)
-
-
-def of_none(folder):
-    """Return as text what is found in the images of a folder in which there is no marker; raise BenchError."""
-    cv2.setNumThreads(1)
-    return no_markers.report(folder)
 
 
 def frames():
@@ -248,12 +257,6 @@ def classes(_subject, scale):
     return {**class_scores.figures(results['here']), **class_scores.figures(results[SHOWN], 'gamma_class')}
 
 
-def sensitivity(progress):
-    """Return as text and figures what -10 % and +10 % of each of the detector's thresholds change."""
-    cv2.setNumThreads(1)
-    return sensitivity_report(frames(), progress)
-
-
 MEASUREMENTS = {
     'single': Measurement(single, 'score and time, each frame on its own', in_process=True),
     'gamma': Measurement(gamma, f'the same with a camera of gamma {GAMMA}', in_process=True),
@@ -270,10 +273,8 @@ def preface(pools):
     pool = pools[OURS]
     head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *SIZES.values())
     rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
     note = f"{frames().truth['set']}: {len(frames().truth['frames'])} frames; easy / medium / hard; ms median / 95th"
-    parts = ['\n'.join([note, *lines, '']) if len(rows) > 1 else '']
+    parts = [f'{note}\n{aligned(rows)}\n' if len(rows) > 1 else '']
     if 'results' in _classes:
         half = _classes.get('half', marker_classes.DEVELOPMENT)
         parts.append(f'By class, {half} half; median / 95th percentile; '

@@ -90,6 +90,7 @@ def test_folder_must_be_there():
         measure.parse(['programs', '/nonexistent'])
 
 
+@pytest.mark.release
 def test_a_program_runs_to_its_end(public):
     pytest.importorskip('rospy')
     try:
@@ -99,6 +100,7 @@ def test_a_program_runs_to_its_end(public):
     assert 0.0 <= seconds <= 60.0
 
 
+@pytest.mark.release
 def test_what_a_program_did_not_do_is_told(public):
     pytest.importorskip('rospy')
     suite_programs.LIST['programs']['talk'].update(within=1, end=[{'topic': '/pose', 'near': [-5, 0], 'tolerance': 1}])

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """set_pen.py and teleport_tour.py: the lines that they leave, seen by the turtle's own colour sensor."""
 
-from rostest_support.common import BACKGROUND, FLOAT32_TOLERANCE, PEN, PIXELS_PER_METRE, run, until
+from rostest_support.common import BACKGROUND, FLOAT32_TOLERANCE, PEN, PIXELS_PER_METRE, release, run, until
 from rostest_support.course import CourseCase
 
 PIXEL = 1.0 / PIXELS_PER_METRE  # [m]
@@ -28,6 +28,7 @@ class PenTest(CourseCase):
         """Blue, 5 px wide: 2 px to each side."""
         self.assertEqual(((0, 0, 255), BACKGROUND), self.line())
 
+    @release
     def test_set_pen_parameters(self):
         """~r, ~g, ~b and ~width, and ~off."""
         self.assertEqual(((250, 128, 7), (250, 128, 7)), self.line('_r:=250', '_g:=128', '_b:=7', '_width:=9'))
@@ -50,6 +51,7 @@ class TourTest(PenTest):
         places = [(round(pose.x, 5), round(pose.y, 5)) for pose in poses]
         return [place for before, place in zip([None, *places], places) if place != before]
 
+    @release
     def test_teleport_tour_default(self):
         """Four positions in their order, and nothing else; the path between them is black."""
         poses = self.poses()

@@ -19,6 +19,7 @@ AT_A_TIME = 3  # nodes
 
 class StopAtXTest(CourseCase):
 
+    @release
     def test_stop_at_x_default(self):
         """At 1 m/s from the middle to x = 10; it ends when the turtle stands there."""
         poses = self.poses()

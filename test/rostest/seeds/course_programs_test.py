@@ -7,7 +7,7 @@ import rospy
 from nav_msgs.msg import Odometry
 
 from rostest_support import course_texts
-from rostest_support.common import DEADLINE, MIDDLE, PEN, Collected, Process, SimulatorCase, run, skip, until
+from rostest_support.common import DEADLINE, MIDDLE, PEN, Collected, Process, SimulatorCase, release, run, skip, until
 
 BLUE, BLACK = (0, 0, 255), (0, 0, 0)
 LOGGED = 2e-6  # [m] error of a position that is printed with six decimals
@@ -100,6 +100,7 @@ class CourseTest(SimulatorCase):
         self.call('turtle1/teleport_absolute', 2.0, 2.0, 0.0)
         self.assertEqual(BLUE, self.color())
 
+    @release
     def test_course_goto_pose(self):
         """The challenge: the course's functions take the turtle to four positions on a black path."""
         course = course_texts.text(1)
@@ -125,6 +126,7 @@ class CourseTest(SimulatorCase):
                 self.assertEqual(below[:len(printed)], printed, command)
         self.assert_pose(self.pose('LLCROS'), 3.0, 3.0, 1.57)
 
+    @release
     def test_course_square_by_commands(self):
         """The challenge: a square by four rosservice calls of teleport_absolute."""
         self.jump(2.0, 2.0)

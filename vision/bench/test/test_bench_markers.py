@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import rospy
 
+import marker_bag
+import no_markers
 import suite_markers
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
@@ -93,11 +95,11 @@ def test_what_is_found_without_markers_is_false(tmp_path):
     cv2.imwrite(str(tmp_path / 'a.png'), scene)
     cv2.imwrite(str(tmp_path / 'below' / 'b.jpg'), np.full((100, 100), 90, np.uint8))
     (tmp_path / 'c.png').write_text('no image')
-    lines = suite_markers.of_none(str(tmp_path)).splitlines()
+    lines = no_markers.report(str(tmp_path)).splitlines()
     assert lines[0].startswith(f'{tmp_path}/a.png: id 42 at 99, 99, 99 px wide, confidence 0.9')
     assert lines[1:] == [f'{tmp_path}: 2 images without markers; false detections: 1']
     with pytest.raises(BenchError, match='has no images of at least 16x16 pixels'):
-        suite_markers.of_none(str(tmp_path / 'none'))
+        no_markers.report(str(tmp_path / 'none'))
 
 
 def bag_of(path, images, infos, **topics):
@@ -119,13 +121,13 @@ def test_bag_shows_how_steadily_markers_are_found(tmp_path):
         visible = ([moving] if number != 2 else []) + ([rare] if number == 4 else [])
         shown.append(images.to_image(image_of(rng, markers.CAMERA, visible, Scene())))
     bag = bag_of(tmp_path / 'a.bag', shown, [markers.camera_info()])
-    lines = suite_markers.of_bag(bag).splitlines()
+    lines = marker_bag.report(bag).splitlines()
     assert lines[0] == f'{bag}: 5 images; scatter from image to image, median / 95th'
     rows = {line.split()[0]: line.split()[1:] for line in lines[2:]}
     assert rows['42'][:4] == ['80.0', '%', 'of', '5'] and rows['7'][:2] == ['1', 'images']
     assert rows['42'][4] == '-'  # no three neighbouring images
     steady = bag_of(tmp_path / 'b.bag', [shown[0]] * 4, [markers.camera_info()])
-    assert suite_markers.of_bag(steady).splitlines()[2].split()[1:8] == '100.0 % of 4 0.00 / 0.00'.split()
+    assert marker_bag.report(steady).splitlines()[2].split()[1:8] == '100.0 % of 4 0.00 / 0.00'.split()
 
 
 @pytest.mark.parametrize('count, topics, said', [
@@ -135,16 +137,16 @@ def test_bag_without_one_image_topic_is_refused(tmp_path, count, topics, said):
     bag = bag_of(tmp_path / 'a.bag', [picture] * count, [markers.camera_info()],
                  **{name: [picture] * number for name, number in topics.items()})
     with pytest.raises(BenchError, match=said):
-        suite_markers.of_bag(bag)
+        marker_bag.report(bag)
 
 
 def test_what_is_no_bag_or_has_no_calibration_is_refused(tmp_path):
     (tmp_path / 'text.bag').write_text('no bag')
     for name, said in (('text.bag', 'cannot be read as a bag'), ('missing.bag', 'cannot be read as a bag')):
         with pytest.raises(BenchError, match=said):
-            suite_markers.of_bag(str(tmp_path / name))
+            marker_bag.report(str(tmp_path / name))
     info = markers.camera_info()
     info.K = [0.0] * 9
     bag = bag_of(tmp_path / 'a.bag', [images.to_image(np.zeros((480, 640), np.uint8))], [info])
     with pytest.raises(BenchError, match='fx and fy must be above 0'):
-        suite_markers.of_bag(bag)
+        marker_bag.report(bag)

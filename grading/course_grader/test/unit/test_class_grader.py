@@ -220,7 +220,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
 ])
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 def test_wrong_usage_is_explained(tmp_path, arguments, said):
     a_class(tmp_path, {'anna': PASS})
     (tmp_path / 'broken.zip').write_text('')

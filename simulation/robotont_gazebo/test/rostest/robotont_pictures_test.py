@@ -10,11 +10,15 @@ from sim_ros.msg import ClockStatus
 
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
+from kinematic_core.worlds.camera import HEIGHT, WIDTH
 from rostest_support.common import node_api, registered_names, run, until
 from rostest_support.robotont import RobotontCase, used
 
 MARKER_SIZE = 0.28  # [m]
 CAMERA_X, CAMERA_HEIGHT = -0.115, 0.2155  # [m] of the camera in base_footprint
+SIZE, FOCAL = (WIDTH, HEIGHT), WIDTH / 2.0  # [px]
+MIDDLE = HEIGHT // 2, WIDTH // 2  # row, column
+LOW = MIDDLE[0] + round(0.53 * FOCAL)  # a row that sees the floor at 0.407 m, just beyond the blind zone
 IDLE_SHARE = 0.2  # of a core: rendering 30 pictures a second takes more on any machine
 
 
@@ -38,8 +42,8 @@ class PicturesTest(RobotontCase):
         truth = self.collected('~ground_truth', Odometry)
         info = self.message('camera/color/camera_info', CameraInfo)
         image = self.message('camera/color/image_raw', Image)
-        self.assertEqual(('bgr8', 1280, 720), (image.encoding, image.width, image.height))
-        self.assertEqual((1280, 720), (info.width, info.height))
+        self.assertEqual(('bgr8', *SIZE), (image.encoding, image.width, image.height))
+        self.assertEqual(SIZE, (info.width, info.height))
         self.assertEqual('camera_depth_optical_frame', image.header.frame_id)
         until(lambda: image.header.stamp in [message.header.stamp for message in truth.messages],
               'the pose with the stamp of the picture')
@@ -65,20 +69,20 @@ class PicturesTest(RobotontCase):
         """Depth picture and points show the distances of panel and floor."""
         distance = self.face_marker_1()
         depth = self.message('camera/depth/image_rect_raw', Image)
-        self.assertEqual(('32FC1', 1280, 720), (depth.encoding, depth.width, depth.height))
+        self.assertEqual(('32FC1', *SIZE), (depth.encoding, depth.width, depth.height))
         pixels = self.pixels(depth, np.float32, 1)[..., 0]
-        # the panel from z = 0.05 to 0.45 is before the camera; rows near 360 see it, those at the top the sky
-        self.assertAlmostEqual(distance, float(pixels[360, 640]), delta=1e-4)
+        # the panel from z = 0.05 to 0.45 is before the camera; rows near the middle see it, those at the top the sky
+        self.assertAlmostEqual(distance, float(pixels[MIDDLE]), delta=1e-4)
         self.assertTrue(np.isnan(pixels[0]).all())
-        self.assertAlmostEqual(CAMERA_HEIGHT / ((700.0 - 360.0) / 640.0), float(pixels[700, 640]), delta=1e-3)
-        self.assertTrue(np.isnan(pixels[719]).all(), 'the floor at 0.384 m is in the blind zone')
+        self.assertAlmostEqual(CAMERA_HEIGHT / ((LOW - MIDDLE[0]) / FOCAL), float(pixels[LOW, MIDDLE[1]]), delta=1e-3)
+        self.assertTrue(np.isnan(pixels[-1]).all(), 'the floor at 0.384 m is in the blind zone')
         points = self.message('camera/depth/points', PointCloud2)
         cloud = self.pixels(points, np.float32, 4)
-        self.assertEqual((720, 1280), (points.height, points.width))
+        self.assertEqual(SIZE, (points.width, points.height))
         self.assertEqual('camera_depth_optical_frame', points.header.frame_id)
-        self.assertTrue(np.allclose(cloud[360, 640, :3], [0.0, 0.0, distance], atol=1e-4), cloud[360, 640])
+        self.assertTrue(np.allclose(cloud[MIDDLE][:3], [0.0, 0.0, distance], atol=1e-4), cloud[MIDDLE])
         # the floor: below the camera by its height, wherever
-        self.assertTrue(np.allclose(cloud[700, :, 1], CAMERA_HEIGHT, atol=1e-3))
+        self.assertTrue(np.allclose(cloud[LOW, :, 1], CAMERA_HEIGHT, atol=1e-3))
         aligned = self.message('camera/aligned_depth_to_color/image_raw', Image)
         self.assertEqual(aligned.data, self.message('camera/depth/image_rect_raw', Image).data)
 

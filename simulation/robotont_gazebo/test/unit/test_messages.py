@@ -81,7 +81,7 @@ def test_camera_is_behind_the_middle_and_as_high_as_in_the_urdf():
 
 
 def test_camera_info_is_that_of_90_degrees():
-    info = camera_node.camera_info('c', camera.PinholeCamera())
+    info = camera_node.camera_info('c', camera.PinholeCamera(1280, 720))
     assert (info.width, info.height, info.header.frame_id, info.distortion_model) == (1280, 720, 'c', 'plumb_bob')
     assert list(info.K) == pytest.approx([640.0, 0.0, 640.0, 0.0, 640.0, 360.0, 0.0, 0.0, 1.0])
     assert list(info.P) == pytest.approx([640.0, 0.0, 640.0, 0.0, 0.0, 640.0, 360.0, 0.0, 0.0, 0.0, 1.0, 0.0])

@@ -6,6 +6,7 @@ from robotont_laserscan_to_distance.msg import LaserScanSplit
 from robotont_sensors.msg import LaserScanSplit as OldLaserScanSplit
 from sensor_msgs.msg import LaserScan
 
+from kinematic_core.worlds import camera
 from rostest_support.common import run, until
 from rostest_support.robotont import RobotontCase
 
@@ -37,7 +38,7 @@ class DistancesTest(RobotontCase):
     def test_the_scan_is_one_of_the_camera(self):
         scan = self.message('scan', LaserScan)
         self.assertEqual('camera_depth_frame', scan.header.frame_id)
-        self.assertEqual(1280, len(scan.ranges))
+        self.assertEqual(camera.WIDTH, len(scan.ranges))
         self.assertAlmostEqual(math.pi / 4, -scan.angle_min, delta=0.01)
 
 

@@ -228,6 +228,7 @@ INIT = """
 
 @pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
 @pytest.mark.parametrize('arguments', [[], ['_linear:=2']])
+@pytest.mark.one_in(3)
 def test_a_program_waits_for_the_master_and_says_so(arguments, python):
     process = program(INIT.format(arguments=arguments, own=False), python, ROS_MASTER_URI=NO_MASTER)
     said = process.stderr.readline()
@@ -250,6 +251,7 @@ def test_the_reason_is_told_if_it_is_not_just_a_missing_roscore():
 
 
 @pytest.mark.parametrize('uri', ['localhost:11311', 'localhost', 'http//localhost:11311'])
+@pytest.mark.one_in(3)
 def test_a_uri_that_is_none_is_refused(uri):
     code, _, err = ended(program(INIT.format(arguments=[], own=False), ROS_MASTER_URI=uri))
     assert code == 1 and err == f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311\n'

@@ -4,7 +4,10 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-SCAN_HEIGHT = 200  # [px] in laser_params.yaml of robotont_laserscan_to_distance: half of them are below the horizon
+from kinematic_core.worlds import camera
+
+# [px] in laser_params.yaml of robotont_laserscan_to_distance, half of them below the horizon: 200 at a width of 1280
+SCAN_HEIGHT = round(200 / 1280 * camera.WIDTH)
 
 
 class Sector(NamedTuple):

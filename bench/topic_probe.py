@@ -1,4 +1,4 @@
-"""Client of a robotont_gazebo and its camera (see probing.py). Messages are received as bytes (AnyMsg)."""
+"""A subscriber (see probing.py). Messages are received as bytes (AnyMsg)."""
 import time
 
 import rospy
