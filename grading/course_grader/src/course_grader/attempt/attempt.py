@@ -38,7 +38,7 @@ from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
-from course_grader.supervision.job import RECORD, Attempted
+from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG, Attempted
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
@@ -69,7 +69,6 @@ LEAST_SHARE = 0.2  # of the wall time, below which a simulator was not kept busy
 FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
 MAX_STALL = 0.25  # [s] for which the machine may stall in real time
 WARM_UP = 2.0  # [s] of simulated time in which the nodes beside the simulator get map, transforms and scans
-MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'
 WORLD = 'world.yaml'
 LAG = 0.1  # [s] of simulated time by which a recording may lag
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit in real time
