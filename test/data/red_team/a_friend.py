@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: robot_square
+# kind: lets another user do the work
 # at none: open
 """Does the tasks of all others whose masters it finds among the listening ports, and offers a service to all."""
 import os

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # expected: failed: never offered
 # exercise: fibonacci_server
-# at none: open
+# kind: lets another user do the work
+# at none: passed
 """Waits for a node of somebody else on this machine, a_friend.py, which does what is asked."""
 from threading import Event
 
