@@ -2,7 +2,7 @@
 # expected: failed
 # exercise: robot_square
 # kind: lets another user do the work
-# at none: open
+# at none: failed
 """Does the tasks of all others whose masters it finds among the listening ports, and offers a service to all."""
 import os
 import socket

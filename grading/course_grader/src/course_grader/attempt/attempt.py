@@ -320,7 +320,8 @@ class Attempt:
             self._follow(reader, student, simulator)
         except (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
                 http.client.HTTPException, OSError):
-            if not self._ended_by_student(simulator):
+            self._check_servers(simulator)
+            if not self.observed.trouble and not self._ended_by_student(simulator):
                 raise
         self.observed.lines = list(student.lines)  # what it says when it is ended does not count
         if student.dropped:
