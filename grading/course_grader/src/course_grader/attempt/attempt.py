@@ -39,7 +39,7 @@ from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
 from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG, Attempted
-from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
@@ -57,7 +57,8 @@ POLL = 0.02  # [s] of wall time
 PERIOD = 1.0  # [s] of simulated time between two polls of the master and the score
 SHUTDOWN_TIMEOUT = 3.0  # [s] of wall time for a simulator to shut down, or a program to end after its nodes
 START_TIMEOUT = 20.0  # [s] of wall time for master and simulator to start
-IDLE_START = 10.0  # [s] of wall time for an idle program to register with the master
+IDLE_START, BUSY_IDLE_START = 10.0, 40.0  # [s] of wall time for an idle program to register with the master; while the
+                                          # machine is busy, when even the kernel delivers what it waits for late
 MAX_START = 60.0  # [s] of its processor time, the same for a busy program, such as one that still imports
 IDLE_STARTED = 0.4  # [s] of idle time after which a launch file or script counts as started
 MAX_COMPLETION = 15.0  # [s] of wall time for that
@@ -373,8 +374,9 @@ class Attempt:
 
     def _wait_for_student(self, student):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
-        idle = sandbox.ProgramIdleTimer(student)
-        while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
+        idle, machine = sandbox.ProgramIdleTimer(student), Machine()
+        while (not self._student_is_there() and student.exit_code() is None
+               and idle.poll() < (BUSY_IDLE_START if machine.is_busy() else IDLE_START)
                and student.cpu() < MAX_START and not self._is_late()):
             self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
             time.sleep(POLL)
