@@ -184,13 +184,17 @@ def _opposite(observed: Observed) -> Iterator[str]:
 
 
 def _early_end(seen: Seen) -> Iterator[str]:
-    """A program that sends its commands and ends before they arrive."""
+    """A program that sends its commands and ends before they arrive, or runs on and never sends any."""
     observed = seen.observed
-    if (not observed.commands and observed.exit_code == 0 and 'publish(' in observed.source
-            and any((name, 'subscribes') in observed.others for name, role in observed.connections
-                    if role == 'publishes')):
+    if observed.commands or 'publish(' not in observed.source or not any(
+            (name, 'subscribes') in observed.others for name, role in observed.connections if role == 'publishes'):
+        return
+    if observed.exit_code == 0:
         yield ('no command arrived: a publisher needs a moment to connect, so publish again and again in a loop, with '
                'rate.sleep()')
+    elif observed.exit_code is None and any(check in seen.lost for check in MOTION):
+        yield ('the program runs, but never gets to publish(...): print before it, and look at the conditions of the '
+               'loops and of the `if` around it')
 
 
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
