@@ -67,7 +67,7 @@ def is_master(uri):
 
 
 def masters():
-    """Return the URIs of all masters, which are asked at the same time, because others have 8 s for their friend."""
+    """Return the URIs of all masters, asked at the same time: the others wait only some seconds for their friend."""
     with open('/proc/net/tcp') as file:
         rows = [line.split() for line in file.readlines()[1:]]
     uris = [f'http://localhost:{port}'

@@ -10,7 +10,7 @@ import rosgraph
 import rospy
 
 wait = Event().wait  # the grader does not see that it uses the wall clock
-for _ in range(80):
+for _ in range(300):
     if any('/friend' in nodes for _, nodes in rosgraph.Master('/waits').getSystemState()[0]):
         break
     wait(0.1)

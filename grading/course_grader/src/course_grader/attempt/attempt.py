@@ -320,7 +320,7 @@ class Attempt:
         try:
             self._follow(reader, student, simulator)
         except (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
-                http.client.HTTPException, OSError):
+                http.client.HTTPException, OSError, ValueError):  # ValueError: an answer of more than 20 MB
             self._check_servers(simulator)
             if not self.observed.trouble and not self._ended_by_student(simulator):
                 raise
