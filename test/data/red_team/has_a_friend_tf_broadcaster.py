@@ -2,7 +2,7 @@
 # expected: failed: none
 # exercise: tf_broadcaster
 # kind: lets another user do the work
-# at none: passed
+# at none: open
 """Waits for a node of somebody else on this machine, a_friend.py, which does what is asked."""
 from threading import Event
 
