@@ -234,13 +234,6 @@ def _no_publish(one: Program) -> Iterator[str]:
         yield 'a publisher sends nothing by itself: call its publish(message)'
 
 
-def publishes_in_a_callback(one: Program) -> bool:
-    """Return whether a function that gets the messages of a Subscriber publishes."""
-    callbacks = {last(call.args[2]) for call in calls(one.nodes, 'Subscriber') if len(call.args) > 2}
-    return any(function.name in callbacks and any(calls(list(ast.walk(function)), 'publish'))
-               for function in functions(one))
-
-
 def _proxy_not_called(one: Program) -> Iterator[str]:
     """A ServiceProxy that is never called."""
     for node in one.nodes:

@@ -97,7 +97,7 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
     elif not found:  # otherwise the observations are only its effect
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
-        found = [*_suspected(program, lost), *_early_end(seen, program), *_stands(observed, lost),
+        found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
     return found
 
@@ -183,21 +183,14 @@ def _opposite(observed: Observed) -> Iterator[str]:
             yield f'{name} is a service, and no topic: call it by rospy.ServiceProxy({name!r}, TYPE)'
 
 
-def _early_end(seen: Seen, program: Optional[source_mistakes.Program]) -> Iterator[str]:
-    """A program that sends its commands and ends before they arrive, or runs on and never sends any."""
+def _early_end(seen: Seen) -> Iterator[str]:
+    """A program that sends its commands and ends before they arrive."""
     observed = seen.observed
-    if observed.commands or 'publish(' not in observed.source or not any(
-            (name, 'subscribes') in observed.others for name, role in observed.connections if role == 'publishes'):
-        return
-    if observed.exit_code == 0:
+    if (not observed.commands and observed.exit_code == 0 and 'publish(' in observed.source
+            and any((name, 'subscribes') in observed.others for name, role in observed.connections
+                    if role == 'publishes')):
         yield ('no command arrived: a publisher needs a moment to connect, so publish again and again in a loop, with '
                'rate.sleep()')
-    elif program and source_mistakes.publishes_in_a_callback(program):
-        yield ('the callback that publishes is never called: compare the name and the type of its topic with those of '
-               '`rostopic info TOPIC`')
-    elif observed.exit_code is None and any(check in seen.lost for check in MOTION):
-        yield ('the program runs, but never gets to publish(...): print before it, and look at the conditions of the '
-               'loops and of the `if` around it')
 
 
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
