@@ -39,7 +39,8 @@ BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
 QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
          'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
-SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
+SEED, JOBS = 7, 2
+TIMEOUT, EACH = 1500, 60  # [s] of a class, and more for each hostile program
 OPEN = 'open'  # at the level none
 LONGEST = 70  # [characters] of a reason in the table
 
@@ -140,8 +141,8 @@ def _check(level, folder, programs, honest):
     done = subprocess.run(
         [*in_own_network(), sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'),
          '--isolation', level, '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder,
-        timeout=TIMEOUT, env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token}, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        timeout=TIMEOUT + EACH * len(programs), env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token},
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
         folder / 'class', home, REPOSITORY / 'grading').items() if before.get(path) != size]
