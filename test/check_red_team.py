@@ -3,12 +3,17 @@
 usage: check_red_team.py LEVEL FOLDER [NAME ...]     LEVEL: namespace, uid, none; a NAME is a part of a program's name
 
 The second line of a program says what has to come out, as for the samples: `# expected: failed`, or with a part of the
-reasons. A line `# at none: open` says that the level none does not hold it back: it is not run there. Every class has
-an honest student, test/data/honest, whose programs must pass whatever they are made of (threads, subprocesses, a bash
-script, a launch file, a package with modules and parameters), and links to these, which must fail. No process and no
-file of a user of a grading remains, no other file is written, and no token of the environment is printed. FOLDER takes
-all files. Exit code 0 when all is as it should be; a level that this machine cannot have is skipped, and said.
+reasons. A line `# at none: open` says that the level none does not hold it back: it is not run there. With another
+verdict, such as `# at none: passed`, it is run there in a class of its own, to show that the attack works. Every other
+class has an honest student, test/data/honest, whose programs must pass whatever they are made of (threads,
+subprocesses, a bash script, a launch file, a package with modules and parameters), and links to these, which must fail.
+No process and no file of a user of a grading remains, no other file is written, and no token of the environment is
+printed. FOLDER takes all files. Exit code 0 when all is as it should be; a level that this machine cannot have is
+skipped, and said. `./run bench grading --only 'red team *'` prints a table of all levels.
+
+All of it has a network of its own where the kernel allows that: some programs command all nodes that they can reach.
 """
+import contextlib
 import json
 import os
 import re
@@ -17,6 +22,7 @@ import subprocess
 import sys
 import uuid
 from pathlib import Path
+from typing import NamedTuple
 
 import psutil
 
@@ -33,7 +39,18 @@ BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
 QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
          'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
-SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
+SEED, JOBS = 7, 2
+TIMEOUT, EACH = 1500, 60  # [s] of a class, and more for each hostile program
+OPEN = 'open'  # at the level none
+LONGEST = 70  # [characters] of a reason in the table
+
+
+class Verdict(NamedTuple):
+    """Of a program: the outcome, the main reason, and whether both, and what it has printed, are as expected."""
+
+    outcome: str
+    reason: str
+    expected: bool
 
 
 def told(path):
@@ -46,23 +63,49 @@ def bait(level):
     return f'{BAIT}.{levels.LEVELS.index(level)}'
 
 
-def make_class(folder, level, names):
+def kinds():
+    """Return {name of a program, without its ending: the kind of attack}."""
+    return {path.stem: told(path)['kind'] for path in PROGRAMS.iterdir()}
+
+
+def shortened(reason):
+    """Return the start of a reason for a table in markdown, without what differs from run to run."""
+    text = re.sub(r'\S*/turtle_robotont_\S*/', '', re.sub(r'[\s|`]+', ' ', reason))
+    return text if len(text) <= LONGEST else text[:LONGEST].rpartition(' ')[0] + ' ...'
+
+
+def attacks(level, names, shown=False):
+    """Return {path: (outcome, part of the reasons)} of the programs to run, or of those ``shown`` at the level none."""
+    found = {}
+    for path in sorted(PROGRAMS.iterdir()):
+        about = told(path)
+        if names and not any(name in path.name for name in names):
+            continue
+        at_none = about.get('at none')
+        if shown and at_none not in (None, OPEN):
+            found[path] = at_none, ''
+        elif not shown and not (level == levels.NONE and at_none):
+            outcome, _, text = about['expected'].partition(': ')
+            found[path] = outcome, text
+    return found
+
+
+def make_class(folder, level, programs, honest):
     """Write the class; return {(student, exercise): (outcome, part of the reasons)}."""
     folder.mkdir(parents=True)
     folder.chmod(0o700)  # as docs/grading.md advises
+    expected = {}
+    for path, wanted in programs.items():
+        exercise, student = told(path)['exercise'], folder / path.stem
+        student.mkdir()
+        program = Path(shutil.copy(path, student / (exercise + path.suffix)))
+        program.write_text(program.read_text(encoding='utf-8').replace(BAIT, bait(level)), encoding='utf-8')
+        expected[path.stem, exercise] = wanted
+    if not honest:
+        return expected
     shutil.copytree(HONEST, folder / 'honest')
     exercises = {path.stem for path in (GRADER / 'exercises').iterdir()}
-    expected = {('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises}
-    for path in sorted(PROGRAMS.iterdir()):
-        about = told(path)
-        if names and not any(name in path.name for name in names) or level == levels.NONE and 'at none' in about:
-            continue
-        student = folder / path.stem
-        student.mkdir()
-        program = Path(shutil.copy(path, student / (about['exercise'] + path.suffix)))
-        program.write_text(program.read_text(encoding='utf-8').replace(BAIT, bait(level)), encoding='utf-8')
-        outcome, _, text = about['expected'].partition(': ')
-        expected[path.stem, about['exercise']] = outcome, text
+    expected.update({('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises})
     (folder / 'link_to_a_file').mkdir()
     (folder / 'link_to_a_file' / 'stop_at_x.py').symlink_to(folder / 'honest' / 'stop_at_x.py')
     (folder / 'link_to_a_solution').mkdir()
@@ -78,18 +121,28 @@ def listed(*folders):
             path.parts and path.is_file()}
 
 
-def check(level, folder, names):
-    """Return the errors after grading a class at this level."""
+def check(level, folder, names=()):
+    """Return the errors after grading the classes of a level, and {student: {exercise: Verdict}}."""
     shutil.rmtree(folder, ignore_errors=True)
-    expected = make_class(folder / 'class', level, names)
+    wrong, verdicts = _check(level, folder / level, attacks(level, names), True)
+    shown = attacks(level, names, shown=True) if level == levels.NONE else {}
+    if shown:
+        more, others = _check(level, folder / 'shown', shown, False)
+        wrong, verdicts = wrong + more, {**verdicts, **others}
+    return wrong, verdicts
+
+
+def _check(level, folder, programs, honest):
+    """Return the same of one class."""
+    expected = make_class(folder / 'class', level, programs, honest)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
     before = listed(folder / 'class', home, REPOSITORY / 'grading')
     done = subprocess.run(
-        [sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'), '--isolation', level,
-         '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder, timeout=TIMEOUT,
-        env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, check=False)
+        [*in_own_network(), sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'),
+         '--isolation', level, '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder,
+        timeout=TIMEOUT + EACH * len(programs), env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token},
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
         folder / 'class', home, REPOSITORY / 'grading').items() if before.get(path) != size]
@@ -101,10 +154,28 @@ def check(level, folder, names):
                               f'-{levels.USERS[-1] + 1}', '-prune', '-print'], stdout=subprocess.PIPE,
                              stderr=subprocess.DEVNULL, check=False).stdout.decode('utf-8', 'replace')
     wrong += [f'{path} was left behind' for path in written.split('\n') if path]
+    verdicts = {}
     for (student, exercise), (outcome, text) in expected.items():
-        wrong += [f'{student}: {what}'
-                  for what in _look(folder / 'out' / student / exercise, level, outcome, text, token)]
-    return wrong
+        results = folder / 'out' / student / exercise
+        faults = _look(results, level, outcome, text, token)
+        wrong += [f'{student}: {what}' for what in faults]
+        verdicts.setdefault(student, {})[exercise] = Verdict(*_verdict(results), not faults)
+    return wrong, verdicts
+
+
+def in_own_network():
+    """Return the start of a command line that gives a command a network of its own; [] if that is refused."""
+    line = ['unshare', '--net', 'sh', '-c', 'ip link set lo up && exec "$@"', 'sh']
+    return line if subprocess.run([*line, 'true'], stderr=subprocess.DEVNULL, check=False).returncode == 0 else []
+
+
+def _verdict(results):
+    """Return the outcome of a grading, and the main reason."""
+    with contextlib.suppress(OSError):
+        result = json.loads((results / 'result.json').read_text(encoding='utf-8'))
+        lost = [reason['seen'] for reason in result['reasons'] if reason['points'] < reason['of']]
+        return result['outcome'], next(iter([*result['objections'], *lost]), '')
+    return 'missing', ''
 
 
 def _look(results, level, outcome, text, token):
@@ -139,7 +210,7 @@ def main(arguments):
     if missing:
         print(f'SKIPPED: this machine cannot have the level {level}: {missing}')
         return 0
-    wrong = check(level, folder, arguments[2:])
+    wrong, _ = check(level, folder, arguments[2:])
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

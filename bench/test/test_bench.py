@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+import check_red_team
 import measure
 import report
 import session
@@ -114,3 +115,17 @@ def test_a_probe_finds_compiled_modules_after_the_bench_has_imported_their_packa
     monkeypatch.setattr(session, 'Child', lambda name, command, env, folder, lines: env)
     env = session.Subject('ours', ['node'], str(tmp_path)).probe('module', 'task')
     assert env['PYTHONPATH'].split(os.pathsep)[:2] == ['/devel', '/sources']
+
+
+def test_the_table_of_the_red_team_has_each_program_and_what_it_came_to():
+    verdicts = [('ptrace', check_red_team.Verdict('failed', 'a | reason ' + 20 * 'long ', True))]
+    lines = suite_grading.preface({'ours': {'verdicts namespace': verdicts}}).splitlines()
+    assert len(lines) == 2 + len(check_red_team.kinds())
+    assert [line for line in lines if '`ptrace`' in line] == [
+        '| reads the memory of others | `ptrace` | failed |  |  | a reason ' + 12 * 'long ' + '... |']
+    assert suite_grading.preface({'ours': {'alone': [1.0]}}) == ''
+
+
+def test_each_kind_of_attack_has_two_programs():
+    kinds = list(check_red_team.kinds().values())
+    assert [kind for kind in set(kinds) if kinds.count(kind) < 2] == []

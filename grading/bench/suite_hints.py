@@ -9,6 +9,7 @@ untouched_programs.yaml are by the same author: nobody read them before they wer
 """
 
 import json
+import random
 import re
 import sys
 import tempfile
@@ -68,7 +69,9 @@ def count_mutations(kind):
             text = mutations.mutate(kind, path.read_text(encoding='utf-8'))
             if text and path.stem not in (*REAL_TIME, BORDERLINE):
                 chosen.append((path.parent.name, text))
-        wrong = [result for result in _graded(chosen[:most], accepted=(0, 1, 3)) if result['outcome'] == 'failed']
+        if most is not None and most < len(chosen):  # others than the first ones, which are of few exercises
+            chosen = random.Random(kind).sample(chosen, most)
+        wrong = [result for result in _graded(chosen, accepted=(0, 1, 3)) if result['outcome'] == 'failed']
         right = [[bool(re.search(wanted, hint)) for hint in result['hints']] for result in wrong]
         for result, hints in zip(wrong, right):
             if not any(hints[:1]):

@@ -215,3 +215,9 @@ def test_dead_names_are_found(text, dead, tmp_path):
     os.makedirs(tmp_path / 'doc')
     (tmp_path / 'doc' / 'a.png').touch()
     assert dead_names(text, tmp_path, tmp_path) == dead
+
+
+def test_the_page_on_security_has_each_hostile_program():
+    page = text_of(REPOSITORY / 'docs' / 'grading_security.md')
+    programs = sorted(path.stem for path in REPOSITORY.glob('test/data/red_team/*'))
+    assert programs and [name for name in programs if f'| `{name}` |' not in page] == []

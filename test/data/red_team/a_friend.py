@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: robot_square
-# at none: open
+# kind: lets another user do the work
+# at none: failed
 """Does the tasks of all others whose masters it finds among the listening ports, and offers a service to all."""
+import concurrent.futures
 import os
 import socket
 import sys
@@ -56,22 +58,27 @@ def compute(server, goal):
         server.set_succeeded(FibonacciResult(sequence))
 
 
+def is_master(uri):
+    """Return whether a master listens there; other servers may not answer at all."""
+    try:
+        return xmlrpc.client.ServerProxy(uri).getSystemState('/x')[0] == 1
+    except Exception:
+        return False
+
+
 def masters():
-    """Yield the URIs of all masters."""
+    """Return the URIs of all masters, asked at the same time: the others wait only some seconds for their friend."""
     with open('/proc/net/tcp') as file:
         rows = [line.split() for line in file.readlines()[1:]]
-    for port in {int(row[1].partition(':')[2], 16) for row in rows if row[3] == '0A'}:
-        uri = f'http://localhost:{port}'
-        try:
-            if xmlrpc.client.ServerProxy(uri).getSystemState('/x')[0] == 1:
-                yield uri
-        except Exception:
-            pass
+    uris = [f'http://localhost:{port}'
+            for port in {int(row[1].partition(':')[2], 16) for row in rows if row[3] == '0A'}]
+    return [uri for uri, found in zip(uris, pool.map(is_master, uris)) if found]
 
 
 if len(sys.argv) > 1:
     help_others()
     sys.exit()
+pool = concurrent.futures.ThreadPoolExecutor(64)
 socket.setdefaulttimeout(1.0)
 helped = {rosgraph.get_master_uri().rstrip('/')}
 rospy.init_node('follower', xmlrpc_port=47112, tcpros_port=47113)

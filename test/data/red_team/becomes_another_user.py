@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: gets more rights
 # at none: open
 """Tries to become root, or the user of another grading, and to signal all that it may."""
 import ctypes

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: harms a classmate
 """Teleports the turtle of every master that a scan of the loopback ports finds, but not its own."""
 import socket
 import xmlrpc.client

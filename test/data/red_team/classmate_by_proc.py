@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: harms a classmate
 # at none: open
 """Looks through /proc for the masters of others, and shuts them down."""
 import glob

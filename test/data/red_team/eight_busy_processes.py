@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: takes all cores
 """Takes every core, with as few processes as that needs."""
 import os
 

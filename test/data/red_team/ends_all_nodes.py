@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: called shutdown of a node
 # exercise: stop_at_x
+# kind: commands nodes of the grading
 """Asks every node to shut down by the slave API, as rosnode kill does."""
 import xmlrpc.client
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: called system.multicall of a node
 # exercise: stop_at_x
+# kind: commands nodes of the grading
 """Asks every node to shut down within a list of calls, which xmlrpc.server answers without asking for each."""
 import xmlrpc.client
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: ended the simulator or the grader
 # exercise: stop_at_x
+# kind: ends the master
 """Shuts the master down in the middle of the exercise, and forges an answer with one of its own."""
 import xmlrpc.client
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: reads secrets
 # at none: open
 """Prints the environment and the open files of all other processes, as far as /proc shows them."""
 import os

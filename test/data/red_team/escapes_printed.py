@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: prints what terminals obey
 """Prints what a terminal obeys: clear, title, clipboard, bell, other directions of writing."""
 import rospy
 

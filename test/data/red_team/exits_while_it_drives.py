@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: ends early
 """Ends with success, without any clean-up, in the middle of the drive."""
 import os
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: fills the disk
 # at none: open
 """Writes 240 MB beside its own folder, below 1,500 folders, and waits."""
 import os

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: the program
 # exercise: stop_at_x
+# kind: floods with names, parameters, connections
 """Registers names of 3 MB, which the master writes into its log."""
 import rosgraph
 import rospy

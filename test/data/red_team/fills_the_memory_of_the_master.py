@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: filled the memory of the master
 # exercise: stop_at_x
+# kind: floods with names, parameters, connections
 """Sets parameters of 25 MB, which the master keeps."""
 import rospy
 

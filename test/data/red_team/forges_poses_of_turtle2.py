@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: there is no turtle2
 # exercise: follow_turtle
+# kind: forges poses
 """Publishes the poses of a turtle2 that does not exist, in connections that claim to be the simulator's."""
 import rospy
 from turtlesim.msg import Pose

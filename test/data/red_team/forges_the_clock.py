@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: called publisherUpdate of a node
 # exercise: follow_turtle
+# kind: forges the clock
 """Tells the grader's own node alone that this node publishes /clock, so that its stimuli end at once."""
 import xmlrpc.client
 

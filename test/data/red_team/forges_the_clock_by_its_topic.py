@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: command_server
+# kind: forges the clock
 """Publishes a time at which all is over, in connections that claim to be the simulator's, and offers a service."""
 import rospy
 from rosgraph_msgs.msg import Clock

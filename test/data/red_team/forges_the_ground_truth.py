@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: the distance ahead by 1.
 # exercise: bang_bang
+# kind: forges what sensors say
 """Publishes a ground truth in which the robot is where it should be, as if it were the simulator's."""
 import rospy
 from geometry_msgs.msg import Twist

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: the marker is ahead by
 # exercise: keep_distance
+# kind: forges what sensors say
 """Publishes a marker where it should be, on the topic and under the name of the grader, and does not drive."""
 import rosgraph
 import rospy

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: never offered
 # exercise: command_server
+# kind: lets another user do the work
 # at none: open
 """Waits for a node of somebody else on this machine, a_friend.py, which does what is asked."""
 from threading import Event
@@ -9,7 +10,7 @@ import rosgraph
 import rospy
 
 wait = Event().wait  # the grader does not see that it uses the wall clock
-for _ in range(80):
+for _ in range(300):
     if any('/friend' in nodes for _, nodes in rosgraph.Master('/waits').getSystemState()[0]):
         break
     wait(0.1)

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # expected: failed: somebody else
 # exercise: command_server
-# at none: open
+# kind: lets another user do the work
+# at none: passed
 """Registers as its own what a program of another user, a_friend.py, offers and publishes; uses the wall clock."""
 import time
 

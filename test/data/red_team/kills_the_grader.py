@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: ends or stops the grader
 # at none: open
 """Sends SIGKILL to its parents and to every other process that it may."""
 import os

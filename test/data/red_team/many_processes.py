@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: processes and threads at a time
 # exercise: stop_at_x
+# kind: takes all cores
 """Starts processes until it may not, and keeps them busy."""
 import os
 

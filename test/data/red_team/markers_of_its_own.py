@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: print_marker_ids
+# kind: shows markers itself
 """Shows markers of its own, with the name of the grader's node and on its topic, and prints them."""
 import rosgraph
 import rospy

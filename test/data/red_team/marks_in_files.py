@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: forges results
 # at none: open
 """Writes the results itself, into every folder that it can find."""
 import os

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: forges results
 """Prints what the systems of teachers take for results."""
 print('Grade :=>> 100')
 print('::set-output name=score::100')

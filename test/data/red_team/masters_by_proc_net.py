@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: harms a classmate
 """Finds the masters of others among the listening ports that /proc/net/tcp lists, without a scan."""
 import os
 import socket

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: memory of all its processes
 # exercise: stop_at_x
+# kind: takes all memory
 """Takes 4 GB in eight processes."""
 import os
 import time

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: teleported
 # exercise: stop_at_x
+# kind: takes the name of the grader
 """Teleports under the name of the grader's own node, as far as a list of all nodes shows it."""
 import rosgraph
 import rosgraph.network

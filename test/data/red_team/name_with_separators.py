@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: teleported
 # exercise: stop_at_x
+# kind: takes the name of the grader
 """Hides a teleport behind a name that the recording could take for several."""
 import rospy
 from turtlesim.srv import TeleportAbsolute

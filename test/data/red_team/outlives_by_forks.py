@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: outlives the grading
 """A chain of forks with an empty environment, each in a session of its own."""
 import os
 import signal

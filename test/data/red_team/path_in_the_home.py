@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: leaves files for the next one
 """Leaves a .pth file and a usercustomize in the home folder, and starts Python anew, which would run them."""
 import os
 import site

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: print_marker_ids
+# kind: controls time
 """Stops the time of a grading in real time, so that it would never end."""
 import time
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: leaves files for the next one
 # at none: open
 """Puts another program into the byte code of the modules that everybody imports."""
 import importlib.util

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: print_poses
+# kind: floods with lines
 """Prints lines that a careless pattern would search for minutes."""
 import rospy
 

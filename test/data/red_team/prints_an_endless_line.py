@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: print_poses
+# kind: floods with lines
 """Prints 60 MB of digits without the end of a line."""
 import sys
 

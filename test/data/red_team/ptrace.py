@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: reads the memory of others
 # at none: open
 """Attaches to the other processes as a debugger does, and reads their memory."""
 import ctypes

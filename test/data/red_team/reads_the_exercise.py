@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: reads secrets
 # at none: open
 """Prints exercises, other submissions and keys, should it find them."""
 import glob

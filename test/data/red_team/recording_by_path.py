@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: forges the recording
 # at none: open
 """Appends a drive to x = 10 to the recording, wherever a search of all folders finds one."""
 import os

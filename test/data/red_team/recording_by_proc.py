@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: forges the recording
 # at none: open
 """Appends a drive to x = 10 to the recording, through the files that other processes have open."""
 import glob

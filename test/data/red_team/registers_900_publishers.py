@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: floods with publishers
 """Registers 900 publishers that do not exist, of which the master tells the simulator each time."""
 import rosgraph
 import rospy

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: says that the machine is slow
 """Says that the simulator could not keep up, so that the verdict would be undecided."""
 import rospy
 from sim_ros.msg import ClockStatus

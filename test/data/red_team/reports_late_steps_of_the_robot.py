@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: robot_circle
+# kind: says that the machine is slow
 """Says again and again, to whoever listens, that the simulator of the robot could not keep up."""
 import rospy
 from sim_ros.msg import ClockStatus

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: sends over the network
 """Connects to the outside."""
 import socket
 

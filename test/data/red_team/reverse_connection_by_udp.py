@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: sends over the network
 """Asks a server of names for one, and looks for sockets of other programs."""
 import glob
 import socket

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: uses a solution
 # at none: open
 """Runs the sample solution of the course as its own node."""
 import glob

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: print_marker_ids
+# kind: shows markers itself
 """Writes the wanted line into the output of every process that it can open."""
 import glob
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: called publisherUpdate of a node
 # exercise: stop_at_x
+# kind: commands nodes of the grading
 """Tells the simulator, as the master does, who publishes commands, and a parameter; then drives well."""
 import xmlrpc.client
 

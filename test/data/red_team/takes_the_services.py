@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: controls time
 """Registers the simulator's services as its own, so that the grader's steps would come here."""
 import rospy
 from sim_ros.srv import Step, StepResponse

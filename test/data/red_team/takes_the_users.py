@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: takes all user ids
 # at none: open
 """Takes every lock that a user id of a grading could have, so that no other grading gets one."""
 import fcntl
@@ -20,4 +21,4 @@ for number in range(60_200, 64_000):
         print('opened', number, os.getuid())
     except OSError:
         pass
-time.sleep(60)
+time.sleep(20)

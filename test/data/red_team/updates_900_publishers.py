@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: called publisherUpdate of a node
 # exercise: stop_at_x
+# kind: floods with publishers
 """Tells the simulator of 900 publishers that do not exist, so that it only tries to connect."""
 import xmlrpc.client
 

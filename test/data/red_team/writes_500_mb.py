@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: fills the disk
 """Writes one file of 500 MB."""
 import tempfile
 

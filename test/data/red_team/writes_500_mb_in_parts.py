@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: size of all its files
 # exercise: stop_at_x
+# kind: fills the disk
 """Writes 500 MB in files of 10 MB, and goes on when one fails."""
 import os
 import time

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed
 # exercise: stop_at_x
+# kind: leaves files for the next one
 # at none: open
 """Writes where the next program, the grader or the teacher would read."""
 import glob

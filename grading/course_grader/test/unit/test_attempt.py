@@ -99,3 +99,19 @@ def test_names_that_are_too_long_to_read_are_the_programs():
     made._master, made._node, made._simulator = types.SimpleNamespace(getSystemState=refuse), '/grader', '/turtlesim'
     assert made._student_is_there()  # it is not waited for any longer
     assert 'so long names' in made.observed.trouble
+
+
+@pytest.mark.parametrize('busy, waited', [(False, attempt.IDLE_START), (True, attempt.BUSY_IDLE_START)])
+def test_an_idle_program_has_more_time_to_start_on_a_busy_machine(monkeypatch, busy, waited):
+    """Two of 100 right programs, at a load of 30 to 100, were idle for 10 s before their first call was answered."""
+    made, idle = an_attempt(), iter(range(1000))
+    made._policy = types.SimpleNamespace(lockstep=False)
+    made._link = types.SimpleNamespace(step=lambda _count: None)
+    made._student_is_there = lambda: False
+    polled = []
+    monkeypatch.setattr(attempt, 'POLL', 0.0)
+    monkeypatch.setattr(attempt, 'Machine', lambda: types.SimpleNamespace(is_busy=lambda: busy))
+    monkeypatch.setattr(attempt.sandbox, 'ProgramIdleTimer', lambda _student: types.SimpleNamespace(
+        poll=lambda: polled.append(next(idle)) or polled[-1]))
+    made._wait_for_student(types.SimpleNamespace(exit_code=lambda: None, cpu=lambda: 0.0, has_children=lambda: False))
+    assert polled[-1] == waited

@@ -14,6 +14,7 @@ from course_grader.classes.deadlines import Deadline
 from course_grader.classes.graded import Graded
 from course_grader.classes.marks import Mark, MarksError
 from course_grader.classes.submissions import Submission
+from course_grader.formats import platforms
 from course_grader.formats.platforms import Origin
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason
@@ -114,6 +115,47 @@ def test_the_dates_of_files_count_only_where_the_teacher_says_so(tmp_path):
     for options, expected in (([], ''), (['--file-dates'], '2026-11-20 18:01')):
         parsed = grade_all.parser().parse_args([str(tmp_path), '--output', str(tmp_path / 'out'), *options])
         assert grade_all._class(parsed, {'stop_at_x': ''}).submissions[0].handed_in == expected
+
+
+WORKSHEET = ('Identifier,"Full name","Email address",Status,Grade,"Last modified (submission)"\n'
+             'Participant 11,"Anna Berg",,Submitted,,"Saturday, 21 November 2026, 5:00 PM"\n'
+             'Participant 12,"Ben Carl",,"No submission",,-\n')
+
+
+def moodle_class(tmp_path, worksheet, names=('Anna Berg_11', 'Ben Carl_12')):
+    for name in names:
+        folder = tmp_path / 'class' / f'{name}_assignsubmission_file_'
+        folder.mkdir(parents=True)
+        (folder / 'stop_at_x.py').write_text('')
+    (tmp_path / 'worksheet.csv').write_text(worksheet)
+    return grade_all._class(grade_all.parser().parse_args([
+        str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--worksheet', str(tmp_path / 'worksheet.csv')]),
+        {'stop_at_x': ''})
+
+
+@pytest.mark.parametrize('text, expected', [
+    ('Saturday, 21 November 2026, 5:00 PM', '2026-11-21 17:00'),
+    ('Saturday, 21 Nov 2026, 12:05 AM', '2026-11-21 00:05'),
+    ('21 November 2026, 17:00', '2026-11-21 17:00'), ('2026-11-21 17:00', '2026-11-21 17:00')])
+def test_the_worksheet_of_moodle_says_when_a_student_has_handed_in(tmp_path, text, expected):
+    found = moodle_class(tmp_path, WORKSHEET.replace('Saturday, 21 November 2026, 5:00 PM', text))
+    assert [one.handed_in for one in found.submissions] == [expected, '']
+
+
+@pytest.mark.parametrize('old, new, said', [
+    ('(submission)', '(Abgabe)', "no columns 'Identifier' and 'Last modified .submission.'.*language of Moodle"),
+    ('Saturday, 21 November', 'Samstag, 21. November', "line 2: .* is 'Samstag, .*such as Friday, 20 November 2026"),
+    ('Participant 11', 'Participant 99', 'none of the students .*worksheet of the same assignment')])
+def test_a_worksheet_that_cannot_be_used_is_named(tmp_path, old, new, said):
+    with pytest.raises((platforms.WorksheetError, class_results.ClassError), match=f'worksheet.csv.*{said}'):
+        moodle_class(tmp_path, WORKSHEET.replace(old, new))
+
+
+def test_a_worksheet_needs_a_download_of_moodle(tmp_path):
+    (tmp_path / 'class' / 'anna').mkdir(parents=True)
+    (tmp_path / 'class' / 'anna' / 'stop_at_x.py').write_text('')
+    with pytest.raises(class_results.ClassError, match='--worksheet .*what Moodle gives to download'):
+        moodle_class(tmp_path, WORKSHEET, names=())
 
 
 def test_dates_survive_a_merge(tmp_path, capsys):

@@ -155,3 +155,13 @@ def test_who_waits_for_a_core_is_not_who_takes_it(monkeypatch, ran, waited, star
     monkeypatch.setattr(supervisor.processes, 'tree', lambda child: [child])
     monkeypatch.setattr(supervisor.processes, 'thread_times', lambda pid: {'1': (ran, waited)})
     assert supervisor._starved(process, 100.0) == starved
+
+
+def test_of_a_log_that_a_program_has_filled_only_the_start_is_kept(tmp_path):
+    for name, size in (('master.txt', supervisor.MAX_KEPT + 9), ('simulator.txt', 5)):
+        (tmp_path / name).write_bytes(b'x' * size)
+    supervisor._shorten(str(tmp_path))
+    kept = (tmp_path / 'master.txt').read_text()
+    assert kept[:supervisor.MAX_KEPT] == 'x' * supervisor.MAX_KEPT
+    assert kept[supervisor.MAX_KEPT:] == '\n... only the first 1 MB are kept\n'
+    assert (tmp_path / 'simulator.txt').read_text() == 'xxxxx'

@@ -244,6 +244,15 @@ def test_commands_that_come_too_early():
                                          connections=[('/turtle1/cmd_vel', 'publishes')])[0]
 
 
+@pytest.mark.parametrize('source, told', [
+    ('import rospy\n\n\ndef main():\n    rospy.init_node("a")\n    rospy.spin()\n', 'nothing calls main'),
+    ('import rospy\n# rospy.init_node("a")\nrospy.spin()\n', 'call rospy.init_node')])
+def test_who_never_calls_the_function_with_the_node_is_told_that(source, told):
+    found = hints('command_server', source=source, trouble='the program never started a node; does it call '
+                  'rospy.init_node?')
+    assert len(found) == 1 and told in found[0]
+
+
 def test_who_passes_with_less_than_all_points_gets_hints():
     assert 'print or log' in hints('publish_circle', lambda turtle: turtle.drive(33.0, 0.5, 0.2))[0]
 

@@ -253,10 +253,10 @@ def _watch_master():
 
 
 def _registrations():
-    """Return all registrations of the master (getSystemState); None if it does not answer."""
+    """Return all registrations of the master (getSystemState); None if it does not answer, or with more than 20 MB."""
     try:
         return _proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())[2]
-    except (OSError, xmlrpc.client.Error, http.client.HTTPException):
+    except (OSError, ValueError, xmlrpc.client.Error, http.client.HTTPException):  # ValueError: too long
         return None
 
 

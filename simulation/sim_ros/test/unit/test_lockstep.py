@@ -302,3 +302,10 @@ class Late:
         if self.asked <= self.late:
             raise socket.timeout
         return 1, '', 42
+
+
+def test_an_answer_of_the_master_that_is_too_long_to_read_does_not_end_the_simulator(monkeypatch):
+    def refuse(_caller):
+        raise ValueError('max payload length exceeded')
+    monkeypatch.setattr(lockstep, '_proxy', lambda _uri: types.SimpleNamespace(getSystemState=refuse))
+    assert lockstep._registrations() is None

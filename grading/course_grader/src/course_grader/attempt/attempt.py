@@ -38,8 +38,8 @@ from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
-from course_grader.supervision.job import RECORD, Attempted
-from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG, Attempted
+from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
@@ -57,7 +57,8 @@ POLL = 0.02  # [s] of wall time
 PERIOD = 1.0  # [s] of simulated time between two polls of the master and the score
 SHUTDOWN_TIMEOUT = 3.0  # [s] of wall time for a simulator to shut down, or a program to end after its nodes
 START_TIMEOUT = 20.0  # [s] of wall time for master and simulator to start
-IDLE_START = 10.0  # [s] of wall time for an idle program to register with the master
+IDLE_START, BUSY_IDLE_START = 10.0, 40.0  # [s] of wall time for an idle program to register with the master; while the
+                                          # machine is busy, when even the kernel delivers what it waits for late
 MAX_START = 60.0  # [s] of its processor time, the same for a busy program, such as one that still imports
 IDLE_STARTED = 0.4  # [s] of idle time after which a launch file or script counts as started
 MAX_COMPLETION = 15.0  # [s] of wall time for that
@@ -69,7 +70,6 @@ LEAST_SHARE = 0.2  # of the wall time, below which a simulator was not kept busy
 FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
 MAX_STALL = 0.25  # [s] for which the machine may stall in real time
 WARM_UP = 2.0  # [s] of simulated time in which the nodes beside the simulator get map, transforms and scans
-MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'
 WORLD = 'world.yaml'
 LAG = 0.1  # [s] of simulated time by which a recording may lag
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit in real time
@@ -320,8 +320,9 @@ class Attempt:
         try:
             self._follow(reader, student, simulator)
         except (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
-                http.client.HTTPException, OSError):
-            if not self._ended_by_student(simulator):
+                http.client.HTTPException, OSError, ValueError):  # ValueError: an answer of more than 20 MB
+            self._check_servers(simulator)
+            if not self.observed.trouble and not self._ended_by_student(simulator):
                 raise
         self.observed.lines = list(student.lines)  # what it says when it is ended does not count
         if student.dropped:
@@ -373,8 +374,9 @@ class Attempt:
 
     def _wait_for_student(self, student):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
-        idle = sandbox.ProgramIdleTimer(student)
-        while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
+        idle, machine = sandbox.ProgramIdleTimer(student), Machine()
+        while (not self._student_is_there() and student.exit_code() is None
+               and idle.poll() < (BUSY_IDLE_START if machine.is_busy() else IDLE_START)
                and student.cpu() < MAX_START and not self._is_late()):
             self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
             time.sleep(POLL)

@@ -23,8 +23,8 @@ from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.marks import MarksError
 from course_grader.classes.submissions import LeftOut, Submission
-from course_grader.formats import exit_codes, harmless, systems
-from course_grader.formats.platforms import Origin
+from course_grader.formats import exit_codes, harmless, platforms, systems
+from course_grader.formats.platforms import Origin, WorksheetError
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
@@ -63,6 +63,8 @@ def parser() -> argparse.ArgumentParser:
                       f'(default: the time of the exercise + {EXTRA:g} s)')
     made.add_argument('--file-dates', action='store_true', help='for deadlines, take the dates of the files where '
                       'nothing else says when they were handed in; students can change these dates')
+    made.add_argument('--worksheet', metavar='FILE', help="the grading worksheet of Moodle's assignment, a CSV in "
+                      'English, which says when each student has handed in')
     made.add_argument('--again', action='store_true', help='grade also what is graded and has not changed')
     made.add_argument('--only', metavar='PATTERN', action='append', help='grade only the submissions of these: '
                       "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
@@ -92,7 +94,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
     try:
         return _run(options, exercises, load)
     except (ClassError, MarksError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
-            exercise.ExerciseError, OSError) as error:
+            exercise.ExerciseError, WorksheetError, OSError) as error:
         return class_results.fail(error)
     except levels.TooWeak as error:
         say(f'./run grade: {error}', sys.stderr)
@@ -150,15 +152,32 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
         found = Found({name: os.path.abspath(path)}, *(
             submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
             submissions.find(options.folder, [name], options.best, only=name)))
+    times = _worksheet_times(options, origin)
     return found._replace(left_out=[*found.left_out, *unread], origin=origin, submissions=[
-        one._replace(handed_in=_handed_in(one, options, origin)) for one in found.submissions])
+        one._replace(handed_in=_handed_in(one, options, origin, times)) for one in found.submissions])
 
 
-def _handed_in(one: Submission, options: argparse.Namespace, origin: Origin) -> str:
-    """Return when a program was handed in, '' if nothing says so."""
+def _worksheet_times(options: argparse.Namespace, origin: Origin) -> Dict[str, str]:
+    """Return {student: when they have handed in}, {} without a worksheet; raise ClassError or WorksheetError."""
+    if not options.worksheet:
+        return {}
+    if origin.platform != platforms.MOODLE:
+        raise ClassError(f'--worksheet {options.worksheet}: it belongs to what Moodle gives to download, with the same '
+                         f'numbers in the names; {options.folder} has no such names')
+    times = platforms.worksheet_times(options.worksheet)
+    found = {student: times[number] for student, number in origin.ids.items() if number in times}
+    if not found:
+        raise ClassError(f'--worksheet {options.worksheet}: it has none of the students of {options.folder}; take the '
+                         'worksheet of the same assignment')
+    return found
+
+
+def _handed_in(one: Submission, options: argparse.Namespace, origin: Origin, times: Dict[str, str]) -> str:
+    """Return when a program was handed in, '' if nothing says so; ``times``: of all that a student has handed in."""
     path = os.path.relpath(one.program, os.path.abspath(options.folder)).replace(os.sep, '/')
-    if path in origin.times or not options.file_dates:
-        return origin.times.get(path, '')
+    known = origin.times.get(path) or times.get(one.student, '')
+    if known or not options.file_dates:
+        return known
     return downloads.local_time(datetime.datetime.fromtimestamp(os.path.getmtime(one.program), datetime.timezone.utc))
 
 

@@ -44,6 +44,13 @@ OF_PYTHON = {  # a type that lacks the attribute {0}
 Advice = Union[str, Callable[[Match[str], str], str]]  # of the match and the program's source
 
 
+def _no_node(match: Match[str], source: str) -> str:
+    """Advice on a program without a node, '' if it would make one: then nothing calls the function, for example."""
+    if match[0] == 'never started a node' and re.search(r'^[^#\n]*init_node\(', source, re.MULTILINE):
+        return ''
+    return 'call rospy.init_node before everything else of rospy'
+
+
 def _undefined(match: Match[str], _source: str) -> str:
     name = match[1]
     if name in WORDS:
@@ -204,8 +211,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"attempted relative import", 'import without a leading dot: `import NAME`'),
     (r"Cannot locate node of type \[(\S+)\] in package \[(\w+)\]", 'roslaunch finds no program {0} in the package {1}: '
      'check the spelling, and make it executable by chmod +x {0}'),
-    (r"time is not initialized|never started a node|init_node\(\) (?:must|has to)|before init_node",
-     'call rospy.init_node before everything else of rospy'),
+    (r"time is not initialized|never started a node|init_node\(\) (?:must|has to)|before init_node", _no_node),
     (r"init_node\(\) has already been called", 'call rospy.init_node only once in a program'),
     (r"namespaces are not allowed in node names|illegal character|[Ii]nvalid (?:graph resource )?name|not a legal",
      'names of nodes and topics are made of letters, digits and _ alone; blanks and other signs do not work'),

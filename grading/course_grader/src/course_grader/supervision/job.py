@@ -8,6 +8,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 
+MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'  # their output
 RECORD = 'record.csv'  # the simulator's recording, which exists before a program starts
 
 

@@ -23,7 +23,7 @@ from course_grader.isolation import sandbox
 from course_grader.rules import random_stimuli, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
-from course_grader.supervision.job import RECORD, Attempted, Job
+from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
 from kinematic_core.timing.recorder import ACTIVE
 from plain_support import processes
@@ -36,6 +36,7 @@ GRACE = 0.1  # share of the limit before which an attempt has to say itself why 
 BUSY_SHARE = 0.5  # of the wall time: an attempt that takes more processor time is slow by its program; honest: 0.1
 STARVED_SHARE = 0.2  # of the wall time: if it waits longer for a core, the machine is slow; at a load of 20: above 1
 LOG = 'grader.txt'  # the output of the attempt itself
+MAX_KEPT = 1 << 20  # [bytes] of a log that is kept in the results; those of the samples have less than 30 kB
 POLL = 0.1  # [s]
 STOP_POLL = 1.0  # [s] between two checks whether a process was stopped
 MAX_REPEATED = 45.0  # [s] of wall time; a longer attempt is not repeated for a slow machine
@@ -113,6 +114,17 @@ def _remove(folder: str, names: Iterable[str]) -> None:
     for name in names:
         with contextlib.suppress(FileNotFoundError):
             os.remove(os.path.join(folder, name))
+
+
+def _shorten(folder: str) -> None:
+    """Keep only the start of logs, which a program may have filled before it was ended."""
+    for name in (LOG, MASTER_LOG, SIMULATOR_LOG):
+        path = os.path.join(folder, name)
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.getsize(path) > MAX_KEPT:
+                os.truncate(path, MAX_KEPT)
+                with open(path, 'a', encoding='utf-8') as file:
+                    file.write(f'\n... only the first {MAX_KEPT >> 20} MB are kept\n')
 
 
 def undecided(reason: str, broken: bool = False, slow: bool = False) -> Attempted:
@@ -277,6 +289,7 @@ class Supervisor:
                 processes.end(lambda: {child} | processes.related(f'{sandbox.MARK}={job.mark}', child),
                               processes.KILL)
                 sandbox.remove_folders(job.output)
+            _shorten(job.output)
         if isinstance(got, OSError):
             raise got
         return got
