@@ -63,7 +63,7 @@ def test_images_are_for_own_pages(serve, headers, of_files, status):
 
 
 @pytest.mark.parametrize('host, origin, status', [
-    ('ann-{}.app.github.dev', 'https://ann-{}.app.github.dev', 200),  # the headers of the browser, forwarded as they are
+    ('ann-{}.app.github.dev', 'https://ann-{}.app.github.dev', 200),  # as the browser sends them
     ('localhost:{}', 'https://ann-{}.app.github.dev', 200), ('localhost:{}', 'https://localhost:{}', 200),
     ('ann-{}.app.github.dev', None, 200),
     ('bob-{}.app.github.dev', None, 403), ('ann-1.app.github.dev', None, 403), ('ann-{}.evil.example', None, 403),
