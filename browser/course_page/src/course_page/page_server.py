@@ -57,14 +57,19 @@ class Page(web.Files):
     def set_extra_headers(self, path):
         """Add the Content-Security-Policy."""
         super().set_extra_headers(path)
-        self.set_header('Content-Security-Policy', policy(self.request.host))
+        self.set_header('Content-Security-Policy', policy(self.request.host, self.settings['access'].origins))
         self.set_header('Referrer-Policy', 'no-referrer')
 
 
-def policy(host):
-    """Return the Content-Security-Policy of a page from ``host``, a name or address with its port."""
+def policy(host, origins):
+    """Return the Content-Security-Policy of a page from ``host``, a name or address with its port.
+
+    ``origins``: of other pages that may connect; behind a proxy that changes the Host, it is one of these.
+    """
+    own = [host, *(origin.partition('://')[2] for origin in origins if '://' in origin)]
+    sockets = ' '.join(f'ws://{one} wss://{one}' for one in own)
     return ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-            f"connect-src 'self' ws://{host} wss://{host}; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+            f"connect-src 'self' {sockets}; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
             "frame-ancestors 'self'")
 
 
@@ -151,7 +156,7 @@ class PageServer:
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
         self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
-                                       None if published else self._server.port)
+                                       self._server.port, published)
         token = '' if local or self._access.token == web.OFF else f'?token={self._access.token}'
         self.address = f'http://{_host(options.address)}:{self._server.port}/{token}'
         self._folder = options.folder

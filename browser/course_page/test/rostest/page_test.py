@@ -3,8 +3,12 @@
 import base64
 import contextlib
 import json
+import os
+import pathlib
 import re
+import shutil
 import socket
+import tempfile
 import threading
 import unittest
 import urllib.parse
@@ -38,6 +42,13 @@ from rostest_support.common import (
 )
 
 SERVER = roslib.packages.find_node('course_page', 'browser')[0]
+BROWSER_PAGE = pathlib.Path(__file__).resolve().parents[4] / 'docs/browser.md'
+NGINX = """daemon off; pid {0}/pid; events {{}}
+http {{
+  access_log off; client_body_temp_path {0}/a; proxy_temp_path {0}/b; fastcgi_temp_path {0}/c; uwsgi_temp_path {0}/d;
+  scgi_temp_path {0}/e;
+  {1}
+}}"""
 SIZE = 500  # [px] of the canvas
 STALL = 3.0  # [s] that the page is busy; its server has to stop the turtle long before
 PIXELS = '''(() => {
@@ -83,6 +94,13 @@ SEEN = '''(() => JSON.stringify([...%s].map((selector) => {
             box.bottom <= innerHeight && element.contains(there)];
 })))()'''
 SCREENS = (1440, 900, False), (390, 844, True), (844, 390, True), (720, 450, False)  # the last: 200 % zoom
+
+
+def listens(port):
+    """Return whether a server of this machine listens at a port."""
+    with contextlib.suppress(OSError), socket.create_connection(('127.0.0.1', port), 1.0):
+        return True
+    return False
 
 
 class StallingProxy:
@@ -268,6 +286,51 @@ class PageTest(PageCase, SimulatorCase):
         self.press('Reset')
         poses.next(lambda pose: True)
         until(lambda: self.turtles() == {'turtle1'}, 'one turtle again')
+
+    def test_a_simulator_that_falls_behind_is_said(self):
+        self.show_turtle()
+        status = rospy.Publisher('/turtlesim/clock_status', ClockStatus, queue_size=1)
+        self.addCleanup(status.unregister)
+
+        def said():
+            status.publish(rate=1.0, pace=0.6)
+            return 'Slow: 0.6 times real time' in self.text('.arena .badge') and 'not 1: this' in self.text('#panel')
+        self.page.until(said, 'a sign that time passes too slowly')
+
+    @release
+    def test_the_recipe_for_a_proxy_works_below_a_path(self):
+        """docs/browser.md's part of an nginx configuration, with a path such as JupyterHub's."""
+        nginx = shutil.which('nginx', path=f'{os.environ["PATH"]}:/usr/sbin')
+        if not nginx:
+            self.skipTest('nginx is not installed')
+        recipe, = re.findall(r'```\n(map .*?)```', BROWSER_PAGE.read_text('utf-8'), re.DOTALL)
+        port, path = free_port(), '/user/ann/proxy/8000/'
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        for old, new in (('/turtle/', path), ('/etc/nginx/turtle_passwords', f'{folder}/passwords'),
+                         ('http://127.0.0.1:8000/', self.address), ('server {', f'server {{ listen 127.0.0.1:{port};')):
+            self.assertEqual(1, recipe.count(old), old)
+            recipe = recipe.replace(old, new)
+        for name, text in (('passwords', 'ann:{PLAIN}secret\n'), ('nginx.conf', NGINX.format(folder, recipe))):
+            pathlib.Path(folder, name).write_text(text, 'utf-8')
+        os.chmod(folder, 0o755)
+        proxy = Process(nginx, '-p', folder, '-c', f'{folder}/nginx.conf', '-e', 'stderr')
+        self.addCleanup(proxy.stop)
+        until(lambda: listens(port), lambda: f'nginx: {proxy.output()}')
+        self.page.get(f'http://ann:secret@localhost:{port}{path}icon.svg')  # Chromium remembers the password
+        self.page.errors()  # it asks for /favicon.ico, too
+        self.addCleanup(self.page.get, 'about:blank')  # before nginx ends the stream of pictures
+        self.address = f'http://localhost:{port}{path}'
+        self.show_turtle()
+        self.page.until(lambda: self.page.find('#link.good'), 'a WebSocket through the proxy')
+        commands = self.velocities()
+        self.key('keyDown', 'ArrowUp')
+        commands.next(lambda twist: twist.linear.x == 2.0, 'driving')
+        self.key('keyUp', 'ArrowUp')
+        self.show('grade')
+        self.page.until(lambda: 'publish_circle' in self.page.evaluate('document.body.textContent'), 'exercises')
+        self.show('image?topic=/turtlesim/image_raw')
+        self.page.until(lambda: '500 x 500 pixels' in self.text('#panel'), 'a picture')
 
     @release
     def test_marker_is_dragged(self):

@@ -49,7 +49,7 @@ def grader(tmp_path):
 def server(grader):
     made = web.Server(lambda: tornado.web.Application(
         [('/grading', grading.Gradings), ('/grading/choices', grading.Choices), ('/grading/path.png', grading.Picture)],
-        access=web.make_access('127.0.0.1', '', '', '', False, str, None), refused=lambda text: None, grader=grader,
+        access=web.make_access('127.0.0.1', '', '', '', False, str, 0), refused=lambda text: None, grader=grader,
         log_function=lambda handler: None), web.listen(0, '127.0.0.1'))
     made.start()
     yield made

@@ -26,7 +26,7 @@ def served():
     def serve(*arguments):
         made = web.Server(lambda: tornado.web.Application(
             [('/marker_photo', marker_photo.MarkerPhoto)], refused=lambda text: None,
-            access=web.make_access('127.0.0.1', '', '', '', False, str, None),
+            access=web.make_access('127.0.0.1', '', '', '', False, str, 0),
             photos=marker_photo.Photos(*arguments), log_function=lambda handler: None), web.listen(0, '127.0.0.1'))
         made.start()
         servers.append(made)

@@ -25,7 +25,7 @@ STARTABLES = (starter.Startable('waits', 'Waits', '', (sys.executable, '-c', WAI
 def server():
     programs = starter.Starter(STARTABLES)
     made = web.Server(lambda: tornado.web.Application(
-        [('/programs', starter.Programs)], access=web.make_access('127.0.0.1', '', '', '', False, str, None),
+        [('/programs', starter.Programs)], access=web.make_access('127.0.0.1', '', '', '', False, str, 0),
         refused=lambda text: None, starter=programs, log_function=lambda handler: None), web.listen(0, '127.0.0.1'))
     made.start()
     yield made

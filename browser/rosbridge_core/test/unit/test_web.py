@@ -22,14 +22,15 @@ class Hello(web.Guarded):
 
 @pytest.fixture
 def serve(monkeypatch):
-    """Return a function that starts a server and returns its port."""
+    """Return a function that starts a server, with the rules of ``access`` for its port, and returns the port."""
     monkeypatch.setattr(web, 'IDLE', PATIENCE)
     servers = []
 
-    def start(**settings):
+    def start(access=lambda port: Access('secret'), **settings):
+        sockets = web.listen(0, '127.0.0.1')
         server = web.Server(lambda: tornado.web.Application(
-            [(r'/', Hello)], access=Access('secret'), refused=lambda reason: None, **settings),
-            web.listen(0, '127.0.0.1'))
+            [(r'/', Hello)], access=access(sockets[0].getsockname()[1]), refused=lambda reason: None, **settings),
+            sockets)
         server.start()
         servers.append(server)
         return server.port
@@ -59,3 +60,28 @@ def test_images_are_for_own_pages(serve, headers, of_files, status):
                                             'Sec-Fetch-Dest': 'image', **headers})
     assert connection.getresponse().status == status
     connection.close()
+
+
+@pytest.mark.parametrize('host, origin, status', [
+    ('ann-{}.app.github.dev', 'https://ann-{}.app.github.dev', 200),  # as the browser sends them
+    ('localhost:{}', 'https://ann-{}.app.github.dev', 200), ('localhost:{}', 'https://localhost:{}', 200),
+    ('ann-{}.app.github.dev', None, 200),
+    ('bob-{}.app.github.dev', None, 403), ('ann-1.app.github.dev', None, 403), ('ann-{}.evil.example', None, 403),
+    ('localhost:{}', 'https://bob-{}.app.github.dev', 403), ('localhost:{}', 'http://ann-{}.app.github.dev', 403),
+])
+def test_a_codespace_forwards_its_port_by_a_name_of_its_own(serve, monkeypatch, host, origin, status):
+    monkeypatch.setenv('CODESPACE_NAME', 'ann')
+    monkeypatch.setenv('GITHUB_CODESPACES_PORT_FORWARDING_DOMAIN', 'app.github.dev')
+    port = serve(access=lambda port: web.make_access('0.0.0.0', 'secret', '', '', False, str, port, published=True))
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=DEADLINE)
+    sent = {'Host': host.format(port), **({'Origin': origin.format(port)} if origin else {})}
+    connection.request('GET', '/', headers=sent)
+    assert connection.getresponse().status == status
+    connection.close()
+
+
+def test_elsewhere_there_is_no_such_name(serve, monkeypatch):
+    for name in web.CODESPACE:
+        monkeypatch.delenv(name, raising=False)
+    access = web.make_access('0.0.0.0', 'secret', '', '', False, str, 8000)
+    assert access.origins == [] and not [name for name in access.hosts if '8000' in name]

@@ -95,7 +95,7 @@ class SimulatorClock:
                                             'no node follows the steps; set ~clock to true as well')
         self._pacer = Pacer(step, rate, bounded=self._bounded(rate), paused=paused)
         self._throttle = WallThrottle(WARNING_PERIOD)
-        self._status = StatusReporter(self._pacer, lockstep, self._publishes, self._throttle)
+        self._status = StatusReporter(self._pacer, lockstep, self._throttle, followed=self._publishes)
         self._clock = None  # the publisher of /clock
         self._lockstep = None  # waits for the nodes that follow /clock
         self._lag = None  # without lockstep: finds nodes that fall behind /clock

@@ -1,4 +1,4 @@
-"""sim_ros.status_reporter: when ~clock_status is published, and when a pace is complained of. Wall time is a fake."""
+"""sim_ros.status_reporter: when ~clock_status is published, and when it warns of a slow pace. Wall time is a fake."""
 import math
 import types
 
@@ -7,7 +7,7 @@ import rospy
 
 from rospy_support.throttle import WallThrottle
 from sim_ros import status_reporter
-from sim_ros.status_reporter import PERIOD, StatusReporter
+from sim_ros.status_reporter import PERIOD, WINDOW, StatusReporter
 
 STEP = 0.02  # [s]
 
@@ -37,10 +37,10 @@ def warnings(monkeypatch):
     return lines
 
 
-def reporter(rate, lockstep=False, periodic=True):
+def reporter(rate, lockstep=False, followed=True):
     """Return (pacer, StatusReporter, its published messages)."""
     pacer = types.SimpleNamespace(steps=0, step=STEP, rate=rate, paused=False, nanoseconds=0)
-    made = StatusReporter(pacer, lockstep, periodic, WallThrottle(math.inf))
+    made = StatusReporter(pacer, lockstep, WallThrottle(math.inf), followed)
     return pacer, made, made._publisher.published
 
 
@@ -60,27 +60,38 @@ def test_a_status_is_published_at_each_change_and_every_second(wall):
     assert [(paused, late, busy) for _, _, paused, late, busy in published[2:]] == [(True, 0, ''), (True, 3, '/busy')]
 
 
-def test_without_a_clock_of_its_own_only_changes_are_published(wall):
-    pacer, status, published = reporter(1.0, periodic=False)
-    status.report(0, '')
-    wall.now += 10.0 * PERIOD
-    status.report(0, '')
-    assert len(published) == 1
-    pacer.paused = True
-    status.report(0, '')
-    assert len(published) == 2
+def run(wall, pacer, status, steps):
+    """Let as many steps pass in each of the next periods as ``steps`` has."""
+    for number in steps:
+        wall.now += PERIOD
+        pacer.steps += number
+        status.report(0, '')
 
 
-@pytest.mark.parametrize('rate, steps, lockstep, paused, complains', [
+@pytest.mark.parametrize('rate, steps, lockstep, paused, warns', [
     (10.0, 449, False, False, True),  # 449 steps of 0.02 s in a second are 8.98 times the wall clock: below 0.9 * 10
     (10.0, 451, False, False, False), (10.0, 100, True, False, False), (10.0, 100, False, True, False),
     (math.inf, 100, False, False, False)])
-def test_a_pace_below_the_one_asked_for_is_complained_of(wall, warnings, rate, steps, lockstep, paused, complains):
+def test_a_pace_below_the_requested_one_causes_a_warning(wall, warnings, rate, steps, lockstep, paused, warns):
     pacer, status, _ = reporter(rate, lockstep)
     pacer.paused = paused
     status.report(0, '')
-    wall.now += PERIOD
-    pacer.steps = steps
+    run(wall, pacer, status, WINDOW * [steps])
+    assert bool(warnings) == warns
+    assert not warnings or 'Time passes 9.0 times as fast as the wall clock, although ~rate is 10:' in warnings[0]
+
+
+def test_a_short_stall_causes_none(wall, warnings):
+    pacer, status, published = reporter(1.0, followed=False)
     status.report(0, '')
-    assert bool(warnings) == complains
-    assert not warnings or 'Time passes 9.0 times as fast as the wall clock, although ~rate is 10.' in warnings[0]
+    run(wall, pacer, status, 3 * [10, 10, 10, 10, 150])  # of 50 a second: slow for 4 s, then caught up
+    assert warnings == []
+    assert [round(pace, 1) for _, pace, *_ in published[1:6]] == [0.2, 0.2, 0.2, 0.2, 3.0]
+
+
+@pytest.mark.parametrize('followed, said', [(True, 'does not change what nodes'), (False, 'becomes too short')])
+def test_the_warning_says_what_it_means_for_other_nodes(wall, warnings, followed, said):
+    pacer, status, _ = reporter(1.0, followed=followed)
+    status.report(0, '')
+    run(wall, pacer, status, [30] * WINDOW)
+    assert 'Time passes 0.6 times' in warnings[0] and said in warnings[0]

@@ -70,6 +70,7 @@ def init_node(name, declared=(), argv=None, **options):
     registration.keep_registered(given)
     if not launched(argv):  # parameters of a launch file look like those of an earlier run
         parameters.warn_of_stale(declared, given)
+    parameters.warn_of_unknown(declared, given)
     if not rospy_internals.is_wall_time():
         timer = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
         timer.daemon = True

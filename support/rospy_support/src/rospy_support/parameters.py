@@ -12,6 +12,7 @@ A parameter has a name, usually private (``'~rate'``), a default, and usually a 
 ParameterError if the value is not allowed. rospy must be initialised.
 """
 import dataclasses
+import difflib
 import http.client
 import math
 import xmlrpc.client
@@ -23,6 +24,7 @@ import yaml
 from plain_support.doctor import findings
 from rospy_support.master import Master, NoMaster
 
+SIMILAR, MISSPELT = 0.5, 0.8  # similarity of a name to the one that is meant; of one that a launch file has set
 HIDDEN = '(hidden)'  # instead of a secret value
 _effective = {}  # resolved name -> text of the value, in the order of reading
 _declared = None  # names that this node may read; None: any, for tests of a part of a node
@@ -278,6 +280,28 @@ def warn_of_stale(parameters, given):
             stale[parameter.name[1:]] = HIDDEN if parameter.secret else values[resolved]
     if stale:
         rospy.logwarn('%s', findings.stale_parameters(rospy.get_name(), stale))
+
+
+def warn_of_unknown(parameters, given):
+    """Warn about private parameters that the node does not have: of the command line, and misspelt ones on the master.
+
+    ``given`` holds the resolved names from the command line. A launch file for another node of this kind may set
+    parameters that this one does not have, so of those only names that are nearly one of ``parameters`` are told.
+    """
+    known = [parameter.name[1:] for parameter in parameters if parameter.name.startswith('~')]
+    try:
+        (code, _, stored), = Master().request([('getParam', rospy.get_name())])
+    except NoMaster:
+        return
+    private = stored if code == 1 and isinstance(stored, dict) else {}
+    parts = {name.split('/')[0] for name in known}  # of ~a/b, the master has a map named a
+    for name in sorted(private.keys() - parts) if known else ():
+        typed = rospy.resolve_name(f'~{name}') in given
+        near = difflib.get_close_matches(name, known, 1, SIMILAR if typed else MISSPELT)
+        if typed or near:
+            rospy.logwarn('parameter %s has no effect: this node has no such parameter. %s',
+                          rospy.resolve_name(f'~{name}'),
+                          f'Did you mean _{near[0]}?' if near else f'It has {", ".join(sorted(known))}.')
 
 
 def log_effective():

@@ -351,6 +351,33 @@ def test_parameters_that_were_there_before_are_told(server, monkeypatch, there, 
         f'{NODE} has parameters from an earlier run: {said}; rosparam delete {NODE} forgets them'])
 
 
+UNKNOWN_TABLE = Table(Number('~rate', 10.0), Integer('~background_r', 69), Text('~image/format', 'jpeg'),
+                      Number('scale', 2.0))
+
+
+@pytest.mark.parametrize('stored, given, said', [
+    ({}, (), []),
+    ({'rate': 5, 'background_r': 0, 'image': {'format': 'png'}}, ('~rate',), []),
+    ({'reat': 5}, ('~reat',), ['reat has no effect: this node has no such parameter. Did you mean _rate?']),
+    ({'pen': 5}, ('~pen',), ['pen has no effect: this node has no such parameter. '
+                             'It has background_r, image/format, rate.']),
+    ({'backgruond_r': 5}, (), ['backgruond_r has no effect: this node has no such parameter. '
+                               'Did you mean _background_r?']),
+    ({'reat': 5, 'scale': 1.0, 'costmap': {'width': 3}}, (), []),  # of a launch file for another node of this kind
+])
+def test_parameters_that_the_node_does_not_have_are_told(server, monkeypatch, stored, given, said):
+    class Master:
+        def request(self, calls):
+            assert calls == [('getParam', NODE)]
+            return [[1, '', stored] if stored else [-1, 'not set', 0]]
+    warned = []
+    monkeypatch.setattr(parameters, 'Master', Master)
+    monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
+    monkeypatch.setattr(rospy, 'logwarn', lambda text, *values: warned.append(text % values))
+    parameters.warn_of_unknown(UNKNOWN_TABLE, {rospy.resolve_name(name) for name in given})
+    assert warned == [f'parameter {rospy.resolve_name("~")}{text}' for text in said]
+
+
 @pytest.mark.parametrize('argument', [
     '_seed:=7', '_name:=text', '_a:=[1, 2.5, "x"]', '_a:={b: [true]}', '_a:=', '_a:=-2147483648', '_a:="2026-01-01"',
     '_a:=1e99', '__name:=[', 'topic:=[', 'no argument', '_a',
