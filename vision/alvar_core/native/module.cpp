@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "algebra.h"
+#include "curved.h"
 #include "steps.h"
 
 // pybind11 before 2.6, as Ubuntu 20.04 has it, cannot ask for keywords; it takes them.
@@ -223,6 +224,28 @@ void extend(const py::object& ended, const Trail& trail) {
         ended.attr("append")(py::make_tuple(array_of(quad, {py::ssize_t(4), py::ssize_t(2)}), each.missed.threshold,
                                             each.missed.value, each.missed.needed, each.word));
     }
+}
+
+EdgePoints edge_points_of(const Doubles& middle, const Doubles& outward) {
+    const py::ssize_t count = middle.shape(0);
+    check(middle, {count, 2}, "middle"), check(outward, {count, 2}, "outward");
+    EdgePoints points;
+    for (py::ssize_t i = 0; i < count; ++i) {
+        points.x.push_back(middle.at(i, 0)), points.y.push_back(middle.at(i, 1));
+        points.right.push_back(outward.at(i, 0)), points.down.push_back(outward.at(i, 1));
+    }
+    return points;
+}
+
+// The fields of edge_alignment.EdgeFit; None if too few edges were seen
+py::object dict_of(const EdgeFit& fit, int parameters, int free) {
+    if (!fit.seen_enough) return py::none();
+    py::array_t<bool> agrees = line_of<bool>(fit.agrees.size());
+    std::copy(fit.agrees.begin(), fit.agrees.end(), agrees.mutable_data());
+    const std::vector<double> theta(fit.parameters, fit.parameters + parameters);
+    const std::vector<double> covariance(fit.covariance, fit.covariance + free * free);
+    return py::dict("parameters"_a = array_of(theta), "covariance"_a = array_of(covariance, {free, free}),
+                    "error"_a = fit.error, "agrees"_a = agrees, "cost"_a = fit.cost);
 }
 
 }  // namespace
@@ -493,30 +516,57 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         [](const py::array_t<std::uint8_t>& grey, const Lens& lens, const Doubles& h, const Doubles& middle,
            const Doubles& outward, const Doubles& scale, double reach, double first_reach, int steps,
            const Light& light, const Thresholds& limit) -> py::object {
-            const py::ssize_t count = middle.shape(0);
-            check(h, {3, 3}, "h"), check(middle, {count, 2}, "middle"), check(outward, {count, 2}, "outward");
-            check(scale, {8}, "scale");
+            check(h, {3, 3}, "h"), check(scale, {8}, "scale");
             const Image image = image_of(grey).lit(light.table());
-            EdgePoints points;
-            for (py::ssize_t i = 0; i < count; ++i) {
-                points.x.push_back(middle.at(i, 0)), points.y.push_back(middle.at(i, 1));
-                points.right.push_back(outward.at(i, 0)), points.down.push_back(outward.at(i, 1));
-            }
+            const EdgePoints points = edge_points_of(middle, outward);
             EdgeFit fit;
             {
                 Unlocked unlocked;
                 fit = fit_edges(image, lens, h.data(), points, scale.data(), reach, first_reach, steps, limit);
             }
-            if (!fit.seen_enough) return py::none();
-            py::array_t<bool> agrees = line_of<bool>(count);
-            std::copy(fit.agrees.begin(), fit.agrees.end(), agrees.mutable_data());
-            const std::vector<double> theta(fit.parameters, fit.parameters + 8);
-            const std::vector<double> covariance(fit.covariance, fit.covariance + 64);
-            return py::dict("parameters"_a = array_of(theta), "covariance"_a = array_of(covariance, {8, 8}),
-                            "error"_a = fit.error, "agrees"_a = agrees, "cost"_a = fit.cost);
+            return dict_of(fit, 8, 8);
         },
         py::kw_only(), "grey"_a, "lens"_a, "h"_a, "middle"_a, "outward"_a, "scale"_a, "reach"_a, "first_reach"_a,
         "steps"_a, "light"_a, "limit"_a);
+
+    m.def(
+        "fit_curved",
+        [](const py::array_t<std::uint8_t>& grey, const Lens& lens, int cells, const Doubles& starts,
+           const Doubles& middle, const Doubles& outward, const Doubles& scale, double reach, double first_reach,
+           int steps, const Light& light, const Thresholds& limit) {
+            const int parameters = starts.ndim() == 2 && starts.shape(1) == 9 ? 9 : 8;
+            check(starts, {kAny, parameters}, "starts"), check(scale, {kAny}, "scale");
+            const int free = scale.shape(0);
+            if (free < 1 || free > parameters) throw py::value_error("scale has more numbers than a start");
+            const Image image = image_of(grey).lit(light.table());
+            const EdgePoints points = edge_points_of(middle, outward);
+            std::vector<EdgeFit> fits(starts.shape(0));
+            {
+                Unlocked unlocked;
+                for (std::size_t k = 0; k < fits.size(); ++k)
+                    fits[k] = fit_curved(image, lens, cells, starts.data() + k * parameters, parameters, free, points,
+                                         scale.data(), reach, first_reach, steps, limit);
+            }
+            py::list out;
+            for (const EdgeFit& fit : fits) out.append(dict_of(fit, parameters, free));
+            return out;
+        },
+        py::kw_only(), "grey"_a, "lens"_a, "cells"_a, "starts"_a, "middle"_a, "outward"_a, "scale"_a, "reach"_a,
+        "first_reach"_a, "steps"_a, "light"_a, "limit"_a);
+
+    m.def(
+        "curved_places",
+        [](const Lens& lens, int cells, const Doubles& theta, const Doubles& points) {
+            const int parameters = theta.size() == 9 ? 9 : 8;
+            const py::ssize_t count = points.shape(0);
+            check(theta, {parameters}, "theta"), check(points, {count, 2}, "points");
+            Curved model(lens, cells, parameters);
+            model.set(theta.data());
+            std::vector<double> places(2 * count);
+            for (py::ssize_t i = 0; i < count; ++i) model.place(points.at(i, 0), points.at(i, 1), &places[2 * i]);
+            return array_of(places, {count, 2});
+        },
+        py::kw_only(), "lens"_a, "cells"_a, "theta"_a, "points"_a);
 
     m.def(
         "refine_edges",

@@ -173,13 +173,17 @@ struct ResponseEvidence {
 // edge_alignment.EdgeFit
 struct EdgeFit {
     bool seen_enough;
-    double parameters[8], covariance[64], error, cost;
+    double parameters[9], covariance[81], error, cost;
     std::vector<std::uint8_t> agrees;
 };
 // `asked`: the Light that `grey` is read with; if it is given, the evidence is set
 EdgeFit fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points, const double* scale,
                   double reach, double first_reach, int steps, const Thresholds& limit,
                   const Light* asked = nullptr, ResponseEvidence* evidence = nullptr);
+// bent_paper.fit_curved of a marker with `cells` cells per side, from `theta` (parameters,), of which the first `free` move
+EdgeFit fit_curved(const Image& grey, const Lens& lens, int cells, const double* theta, int parameters, int free,
+                   const EdgePoints& points, const double* scale, double reach, double first_reach, int steps,
+                   const Thresholds& limit);
 
 // edge_refiner.EdgeRefiner.refine: corners (4, 2) and their covariance (8, 8); whether all sides are visible
 bool refine_edges(const Image& grey, const Lens& lens, const double* h, double half, double sigma,

@@ -157,6 +157,14 @@ def fit_plane(*, grey: Image, lens: Lens, h: Floats, middle: Floats, outward: Fl
               first_reach: float, steps: int, light: Light, limit: Thresholds) -> dict[str, Any] | None:
     """Return the fields of edge_alignment.EdgeFit, None if too few edges are seen."""
 
+def fit_curved(*, grey: Image, lens: Lens, cells: int, starts: Floats, middle: Floats, outward: Floats, scale: Floats,
+               reach: float, first_reach: float, steps: int, light: Light,
+               limit: Thresholds) -> list[dict[str, Any] | None]:
+    """Return the fields of an edge_alignment.EdgeFit from each start (K, 8 or 9), None if too few edges are seen."""
+
+def curved_places(*, lens: Lens, cells: int, theta: Floats, points: Floats) -> Floats:
+    """Return the places (N, 2) [ideal px] of points (N, 2) [cells] on curved paper."""
+
 def refine_edges(*, grey: Image, lens: Lens, h: Floats, half: float, sigma: Floats, light: Light,
                  limit: Thresholds) -> tuple[Floats, Floats, Bools]:
     """Return corners (M, 4, 2), their covariances (M, 8, 8), and whether all sides are seen (M,)."""

@@ -11,25 +11,16 @@ from typing import NamedTuple, Sequence
 import cv2
 import numpy as np
 
-from alvar_core import drawing
-from alvar_core.arrays import Bools, Floats, Image
+from alvar_core import drawing, native
+from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import thresholds
-from alvar_core.detection.edge_alignment import (
-    EdgeAligner,
-    EdgeFit,
-    EdgePoints,
-    Model,
-    SeenEdges,
-    directions,
-    edge_points,
-)
+from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints, edge_points
 from alvar_core.detection.light import LINEAR, Light
 from alvar_core.rotations import angle_between
 
 FIRST_PLACES = np.array([0.0])  # along an edge, [cells], while the axis is fixed
 PLACES = np.array([-0.3, 0.0, 0.3])
-STEP = 1e-3  # rad, for the derivatives by bend and axis
 SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2])  # of the parameters of a Curved marker
 
 
@@ -39,7 +30,8 @@ class Sheet(NamedTuple):
     ``rotation`` (3, 3), ``position`` (3,) [m] of the plane that touches its middle; ``bend`` [rad]: how much the paper
     turns over the marker's width, or at a crease, positive for a bulge towards the camera; ``corners`` (4, 2)
     [ideal px]; ``error`` [px]: typical residual of the edges; ``turn_error`` [rad]: standard deviation of the rotation;
-    ``sure``: the pose is better by far than the second best; ``doubtful``: it may be off by more than 5 degrees.
+    ``sure``: the pose is better by far than the second best; ``doubtful``: it may be off by more than 5 degrees;
+    ``shape``: the parameters of a Cylinder (2) or a Crease (3); ``age``: how many images ago it was fitted.
     """
 
     rotation: Floats
@@ -50,53 +42,37 @@ class Sheet(NamedTuple):
     turn_error: float
     sure: bool
     doubtful: bool
+    shape: Floats
+    age: int = 0
+
+    @property
+    def is_bent(self) -> bool:
+        """Return whether the paper is surely not flat."""
+        return not self.doubtful and abs(self.bend) > thresholds.MIN_BEND
 
 
-class Curved(Model):
+class Curved:
     """A curved marker with ``cells`` cells per side: rotation vector, position [widths], then what its shape is."""
 
     def __init__(self, camera: Camera, cells: int) -> None:
         self._camera, self._cells = camera, cells
-        self._to_widths = np.array([[1 / cells], [-1 / cells]])
 
     def places(self, theta: Floats, points: Floats) -> Floats:
-        """Return the ideal pixels (K, P, 2) of points (P, 2) [cells] with parameters ``theta`` (K, n)."""
-        paper, _ = self._bent(theta[:, 6:], self._to_widths * points.T)
-        turns = np.array([cv2.Rodrigues(row)[0] for row in theta[:, :3]])
-        place = turns @ paper + theta[:, 3:6, None]
-        return (place[:, :2] / place[:, 2:]).transpose(0, 2, 1) * self._camera.focal + self._camera.centre
+        """Return the ideal pixels (P, 2) of points (P, 2) [cells] with parameters ``theta`` (n,)."""
+        return native.steps.curved_places(lens=self._camera.lens, cells=self._cells, theta=theta, points=points)
 
-    def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
-        """Return the SeenEdges with parameters ``theta`` (K, n)."""
-        shape, st = theta[:, 6:], self._to_widths * points.middle.T
-        paper, ways = self._bent(shape, st, self._to_widths * points.along, self._to_widths * points.across)
-        turns, by_turn = zip(*(cv2.Rodrigues(row) for row in theta[:, :3]))
-        turn = np.array(turns)
-        place = turn @ paper + theta[:, 3:6, None]
-        depth, focal = place[:, 2:], self._camera.focal[:, None]
-        rays = place[:, :2] / depth
-        along, outward = (focal * (way[:, :2] - rays * way[:, 2:]) for way in (turn @ each for each in ways))
-        direction = directions(along, outward)
-        towards = direction * (focal / depth)
-        towards = np.concatenate([towards, -(towards * rays).sum(1, keepdims=True)], 1)
-        on_paper = turn.transpose(0, 2, 1) @ towards
-        turned = np.array(by_turn).reshape(len(theta), 3, 3, 3) @ paper[:, None]
-        moved = [(self._bent(shape + more, st)[0] - paper) / STEP for more in STEP * np.eye(shape.shape[1])]
-        jacobian = np.concatenate([(turned * towards[:, None]).sum(2), towards,
-                                   np.stack([(each * on_paper).sum(1) for each in moved], 1)], 1)
-        return SeenEdges(rays * focal + self._camera.centre[:, None], direction, jacobian)
+    def fit(self, grey: Image, starts: Floats, points: EdgePoints, free: int, reach: float, steps: int,
+            first_reach: float, light: Light) -> list[EdgeFit | None]:
+        """Return the EdgeFit from each of ``starts`` (K, n), of which the first ``free`` parameters move.
 
-    def _bent(self, shape: Floats, st: Floats, *ways: Floats) -> tuple[Floats, list[Floats]]:
-        """Return where points ``st`` (2, P) [widths] of the paper are (K, 3, P), and the same of ``ways`` from them."""
-        c, n = np.cos(shape[:, 1:2]), np.sin(shape[:, 1:2])
-        arc, v = st[0] * c + st[1] * n, st[1] * c - st[0] * n
-        u, z, turn = self._profile(shape, arc)
-        out = []
-        for way in ways:
-            along, beside = way[0] * c + way[1] * n, way[1] * c - way[0] * n
-            rising = np.cos(turn) * along
-            out.append(np.stack([rising * c - beside * n, rising * n + beside * c, -np.sin(turn) * along], 1))
-        return np.stack([u * c - v * n, u * n + v * c, z], 1), out
+        It is None if too few edges are seen. ``reach`` [px]: half the width that is read across an edge,
+        ``first_reach`` that of the first step.
+        """
+        fits = native.steps.fit_curved(
+            grey=grey, lens=self._camera.lens, cells=self._cells, starts=starts, middle=points.middle,
+            outward=points.outward, scale=SCALE[:free], reach=reach, first_reach=first_reach, steps=steps,
+            light=light.steps, limit=native.limit)
+        return [None if each is None else EdgeFit(**each) for each in fits]
 
     def of_middle(self, theta: Floats) -> Floats:
         """Return the parameters (n,) of the same paper whose pose is that of the plane that touches the middle."""
@@ -106,24 +82,12 @@ class Curved(Model):
         """Return how much the paper turns [rad]."""
         return float(theta[6])
 
-    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return places across the bend, heights [widths] and slopes [rad] at ``arc`` (K, P) [widths] from the middle.
-
-        All are (K, P).
-        """
-        raise NotImplementedError
-
 
 class Cylinder(Curved):
     """A marker bent as a cylinder, by: bend [rad], axis [rad].
 
     The paper is straight along the direction at axis + pi / 2 to the marker's x axis.
     """
-
-    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
-        bend = shape[:, :1]
-        turn = bend * arc
-        return arc * np.sinc(turn / np.pi), -0.5 * bend * (arc * np.sinc(turn / (2 * np.pi))) ** 2, turn
 
 
 class Crease(Curved):
@@ -146,11 +110,6 @@ class Crease(Curved):
         """Return the angle by which the paper turns within the marker [rad]."""
         return float(theta[6]) if theta[8] < thresholds.MAX_CREASE else 0.0
 
-    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
-        fold, offset = shape[:, :1], shape[:, 2:]
-        beyond = np.maximum(arc - offset, 0)
-        return np.minimum(arc, offset) + beyond * np.cos(fold), -beyond * np.sin(fold), np.where(beyond > 0, fold, 0)
-
 
 class Fit(NamedTuple):
     """An EdgeFit and the model that it fits."""
@@ -168,45 +127,54 @@ class BentPaper:
     """Measures bent markers with ``cells`` cells per side."""
 
     def __init__(self, cells: int) -> None:
-        self.cells, self._aligner = cells, EdgeAligner()
+        self.cells = cells
         self._square = drawing.UNIT_CORNERS[:, :2] * [cells, -cells]
 
     def measure(self, grey: Image, camera: Camera, black: Bools, poses: Sequence[tuple[Floats, Floats]], size: float,
-                reach: float, max_error: float, light: Light = LINEAR) -> Sheet | None:
+                reach: float, max_error: float, light: Light = LINEAR, before: Sheet | None = None) -> Sheet | None:
         """Return the Sheet of a marker; None if its edges cannot be followed.
 
         ``black`` (n, n) are its upright cells, ``poses`` (rotation, position [m]) those of a flat marker there,
         ``size`` [m] its width, ``reach`` [px] half the width that is read across an edge; with a larger error than
-        ``max_error`` [px] it is doubtful.
+        ``max_error`` [px] it is doubtful. ``before``: the Sheet in the image before; its shape is tried first.
         """
         axes = np.arange(thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES
         ways = np.arange(2 * thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES  # a crease has two sides
         flat = [[*cv2.Rodrigues(rotation)[0][:, 0], *position / size] for rotation, position in poses]
         bent = [[bend, axis] for bend in thresholds.BEND_STARTS for axis in axes]
         folded = [[fold, way, thresholds.CREASE_START] for fold in thresholds.FOLD_STARTS for way in ways]
-        found: list[Fit] = []
-        for model, shapes in (Cylinder(camera, self.cells), bent), (Crease(camera, self.cells), folded):
-            found += self._fits(grey, camera, model, black, flat, shapes, reach, light)
-        found = [each for each in found if each.edges.parameters[5] > 0]
-        if not found:
-            return None
-        best = min(found, key=lambda each: each.edges.cost)
-        return self._sheet(best, self._sure(best, found), size, max_error)
+        cylinder, crease = Cylinder(camera, self.cells), Crease(camera, self.cells)
+        tries: list[Sequence[tuple[Curved, Sequence[Sequence[float]]]]] = [[(cylinder, bent), (crease, folded)]]
+        if before is not None and before.is_bent:
+            tries.insert(0, [(cylinder if len(before.shape) == 2 else crease, [before.shape.tolist()])])
+        sheet = None
+        for models in tries:
+            found = [each for model, shapes in models
+                     for each in self._fits(grey, model, black, flat, shapes, reach, light)
+                     if each.edges.parameters[5] > 0]
+            if found:
+                best = min(found, key=lambda each: each.edges.cost)
+                sheet = self._sheet(best, self._sure(best, found), size, max_error)
+                if sheet.is_bent:
+                    break
+        return sheet
 
-    def _fits(self, grey: Image, camera: Camera, model: Curved, black: Bools, flat: Sequence[Sequence[float]],
+    def _fits(self, grey: Image, model: Curved, black: Bools, flat: Sequence[Sequence[float]],
               shapes: Sequence[Sequence[float]], reach: float, light: Light) -> list[Fit]:
         """Return the Fits of a model from each of the poses ``flat`` and each of ``shapes``."""
         starts = np.array([[*pose, *shape] for pose in flat for shape in shapes])
+        pose_of = np.repeat(np.arange(len(flat)), len(shapes))
         # the axis or crease stays fixed until the end, because flat paper has none
-        fits = self._aligner.fit(grey, camera, model, starts, edge_points(black, FIRST_PLACES), SCALE[:7], reach,
-                                 thresholds.BEND_STEPS, light=light)
-        best = [fit.parameters for k in range(0, len(fits), len(shapes))
-                for fit in _best_first(fits[k:k + len(shapes)])[:thresholds.BEND_FREED]]
-        if not best:
-            return []
-        fits = self._aligner.fit(grey, camera, model, np.array(best), edge_points(black, PLACES),
-                                 SCALE[:starts.shape[1]], reach, thresholds.BEND_STEPS, light=light)
-        found = _best_first(fits)
+        far = thresholds.FIRST_LOCAL_REACH * reach
+        tried = FIRST_PLACES, 7, thresholds.BEND_TRIED, far, thresholds.BEND_CHOSEN
+        followed = FIRST_PLACES, 7, thresholds.BEND_STEPS - thresholds.BEND_TRIED, reach, thresholds.BEND_FREED
+        freed = PLACES, starts.shape[1], thresholds.BEND_STEPS, far, len(starts)
+        for places, free, steps, first_reach, count in (tried, followed, freed):
+            fits = model.fit(grey, starts, edge_points(black, places), free, reach, steps, first_reach, light)
+            found, pose_of = _best_of_each(pose_of, fits, count)
+            if not found:
+                return []
+            starts = np.array([each.parameters for each in found])
         for fit in found:
             fit.parameters = model.of_middle(fit.parameters)
         return [Fit(model, fit) for fit in found]
@@ -221,14 +189,18 @@ class BentPaper:
 
     def _sheet(self, best: Fit, sure: bool, size: float, max_error: float) -> Sheet:
         fit, theta = best.edges, best.edges.parameters
-        corners = best.model.places(theta[None], self._square)[0]
+        corners = best.model.places(theta, self._square)
         turn_error = float(np.sqrt(np.trace(fit.covariance[:3, :3])))
         bend = best.model.bend(theta)
         unknown = abs(bend) > thresholds.MIN_BEND and turn_error > thresholds.MAX_BENT_TURN  # flat paper has no axis
         doubtful = unknown or fit.error > max_error or fit.seen < thresholds.MIN_BENT_SEEN
-        return Sheet(best.rotation, theta[3:6] * size, bend, corners, fit.error, turn_error, sure, doubtful)
+        return Sheet(best.rotation, theta[3:6] * size, bend, corners, fit.error, turn_error, sure, doubtful, theta[6:])
 
 
-def _best_first(fits: Sequence[EdgeFit | None]) -> list[EdgeFit]:
-    """Return the fits that have enough edges, best first."""
-    return sorted((each for each in fits if each is not None), key=lambda each: each.cost)
+def _best_of_each(pose_of: Integers, fits: Sequence[EdgeFit | None], count: int) -> tuple[list[EdgeFit], Integers]:
+    """Return the ``count`` best fits of each pose, of those that have enough edges, and which pose (K,) each has."""
+    out: list[tuple[EdgeFit, int]] = []
+    for pose in np.unique(pose_of):
+        seen = [fit for fit, each in zip(fits, pose_of) if fit is not None and each == pose]
+        out += [(fit, pose) for fit in sorted(seen, key=lambda each: each.cost)[:count]]
+    return [fit for fit, _ in out], np.array([pose for _, pose in out])

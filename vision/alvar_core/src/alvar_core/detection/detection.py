@@ -12,6 +12,7 @@ import numpy as np
 from alvar_core.arrays import Floats
 from alvar_core.detection import thresholds
 from alvar_core.detection.acceptance import Features
+from alvar_core.detection.bent_paper import Sheet
 from alvar_core.detection.pose import Solution
 from alvar_core.rotations import quaternion_from_matrix
 
@@ -28,7 +29,8 @@ class Detection:
     corners. ``bend`` [rad]: how much the paper turns over the marker's width, positive for a bulge towards the camera;
     the pose is then that of the plane that touches the middle. ``doubtful``: the pose may be off by more than 5
     degrees, and ``reason`` says why: the corners do not fit a flat square, or no paper shape agrees with the edges.
-    ``thin_margin``: the white margin is too narrow to measure the rim of the black square.
+    ``thin_margin``: the white margin is too narrow to measure the rim of the black square. ``sheet``: the last fit of
+    bent paper, if there was one.
     """
 
     id: int | str
@@ -46,6 +48,7 @@ class Detection:
     doubtful: bool = False
     reason: str = ''
     thin_margin: bool = field(repr=False, default=False)
+    sheet: Sheet | None = field(repr=False, default=None)
 
     @cached_property
     def centre(self) -> tuple[float, float]:

@@ -302,16 +302,10 @@ class Detector:
         for detection, bow in zip(found, bows):
             odd = detection.solutions[0].chi2 > thresholds.MAX_STRAIGHT_CHI2
             if odd or bow > (thresholds.SLIGHT_BOW if _is_not_flat(detection) else thresholds.MIN_BOW):
-                reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
-                black = black_cells(code.encode(int(detection.id)), self.margin)
-                size = self.sizes.get(detection.id, self.size)
-                poses = [(each.rotation, each.position) for each in detection.solutions]
-                limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
-                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit,
-                                           image.light)
+                sheet = detection.sheet = self._sheet(image, detection)
                 if sheet is None:
                     unknown = odd or bow > thresholds.MAX_BOW
-                elif not sheet.doubtful and abs(sheet.bend) > thresholds.MIN_BEND:
+                elif sheet.is_bent:
                     _bend(detection, sheet, image.camera)
                     unknown = False
                 else:  # measure the corners without a model of the paper
@@ -321,11 +315,29 @@ class Detector:
                     corners = self._corners_seen(image, detection)
                     if corners is not None:
                         self._take_corners(image, detection, corners)
-                    elif sheet is not None and bow > thresholds.MIN_BOW \
+                    elif sheet is not None and not sheet.age and bow > thresholds.MIN_BOW \
                             and self._are_near(detection, _real_corners(sheet, image.camera)):
                         _bend(detection, sheet, image.camera)
                 elif sheet is not None:
                     detection.doubtful, detection.reason = False, ''
+
+    def _sheet(self, image: PreparedImage, detection: Detection) -> Sheet | None:
+        """Return the Sheet of a marker; None if its edges cannot be followed.
+
+        If no sheet fitted well in the last images, return the last one: a fit takes as long as ten other markers.
+        """
+        near = thresholds.TRACK_REACH * detection.side
+        before = next((each.sheet for each in image.before if each.id == detection.id
+                       and math.dist(each.centre, detection.centre) < near), None)
+        if before is not None and not before.is_bent and before.age < thresholds.BENT_WAIT:
+            return before._replace(age=before.age + 1)
+        black = black_cells(code.encode(int(detection.id)), self.margin)
+        poses = [(each.rotation, each.position) for each in detection.solutions]
+        limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
+        return self._paper.measure(
+            image.grey, image.camera, black, poses, self.sizes.get(detection.id, self.size),
+            min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH), limit, image.light,
+            before)
 
     def _are_near(self, detection: Detection, corners: Floats) -> bool:
         """Return whether corners (4, 2) [real px] of the same marker are near its own."""

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING, Sequence
 
 import cv2
 import numpy as np
@@ -11,6 +12,9 @@ from alvar_core.arrays import Image
 from alvar_core.camera import Camera, CameraError
 from alvar_core.detection.light import LINEAR, Light
 from alvar_core.detection.pyramid import Pyramid
+
+if TYPE_CHECKING:
+    from alvar_core.detection.detection import Detection
 
 MIN_IMAGE_SIDE = 16  # px
 
@@ -58,12 +62,13 @@ class ImageBuffers:
 class PreparedImage:
     """An image prepared for the search: ``grey`` and ``smooth`` (height, width) uint8, and its ``camera``.
 
-    ``light``: the Light of its greys. ``stripes`` [rad]: angle of the stripes of light on it, if it is known. A
-    PreparedImage is valid until the buffers are used for the next image. The constructor raises ImageError or
-    CameraError.
+    ``light``: the Light of its greys. ``stripes`` [rad]: angle of the stripes of light on it, if it is known;
+    ``before``: the Detections of the image before it that are tracked. A PreparedImage is valid until the buffers are
+    used for the next image. The constructor raises ImageError or CameraError.
     """
 
     stripes: float | None = None
+    before: Sequence[Detection] = ()
 
     def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None,
                  light: Light = LINEAR) -> None:

@@ -231,7 +231,9 @@ BEND_AXES, BEND_STEPS = 4, 4  # directions of the axis that are tried; steps of 
 BEND_STARTS = (-0.6, 0.6)  # rad, from which each is tried: from flat paper a fit may stay flat
 FOLD_STARTS, CREASE_START = (-0.15, 0.15), 0.2  # rad, widths from the middle: from where a crease is tried
 MAX_CREASE = 0.6  # widths from the middle: a crease further away folds at most a corner
+BEND_TRIED, BEND_CHOSEN = 2, 2  # steps that all of them get; best ones of each pose that get the others
 BEND_FREED = 2  # best ones of each pose, whose axis is then fitted, too
+BENT_WAIT = 10  # images of a tracked marker until a fit that was in vain is tried again
 BEND_OTHER_TURN, BEND_OTHER_COST = 0.15, 1.3  # rad, of the cost: another pose as good makes a pose doubtful
 
 # -- Errors of corners, poses (pose.py, detector.py)

@@ -91,6 +91,7 @@ class Tracker:
         self._hints = [d.corners for d in self.detector.examine(image, quads, parts)]
 
     def _search(self, image: PreparedImage) -> list[Detection]:
+        image.before = [each.detection for each in self.tracks]
         expected = self._expected()
         phase, count = self._frame % self.full_every, len(thresholds.PASSES)
         alone = not len(expected)

@@ -6,8 +6,10 @@ import marker_classes
 import photo
 from alvar_core import rotations
 from alvar_core.camera import Camera, default_camera
-from alvar_core.detection.bent_paper import Crease, Cylinder
+from alvar_core.detection import thresholds
+from alvar_core.detection.bent_paper import BentPaper, Crease, Cylinder
 from alvar_core.detection.detector import Detector
+from alvar_core.detection.tracker import Tracker
 from marker_score import rotation_between
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
@@ -21,7 +23,7 @@ def test_model_is_that_of_the_photos(radius):
     sheet = photo.Sheet(marker_classes.marker_cells(1), 1, 0.05, rotation, position, photo.Cylinder(radius, 0.7))
     theta = np.concatenate([photo.cv2.Rodrigues(rotation)[0][:, 0], position / 0.05, [0.05 / radius, 0.7]])
     s, t = np.array([-0.5, 0.5, 0.3]), np.array([0.5, 0.5, -0.2])
-    seen = Cylinder(CAMERA, 9).places(theta[None], np.stack([9 * s, -9 * t], 1))[0]
+    seen = Cylinder(CAMERA, 9).places(theta, np.stack([9 * s, -9 * t], 1))
     assert seen == pytest.approx(sheet.project(CAMERA, s, t))
 
 
@@ -36,7 +38,7 @@ def test_model_of_a_crease_is_that_of_the_photos_whichever_plane_has_the_middle(
     of_middle = model.of_middle(theta)
     assert of_middle[8] >= 0
     for each in theta, of_middle:
-        assert model.places(each[None], points)[0] == pytest.approx(sheet.project(CAMERA, s, t))
+        assert model.places(each, points) == pytest.approx(sheet.project(CAMERA, s, t))
 
 
 def found(name, number):
@@ -119,3 +121,31 @@ def test_a_marker_that_no_paper_explains_is_doubtful():
         wrong = Camera(shot.camera.matrix * [[1.04, 1, 1], [1, 1, 1], [1, 1, 1]], shot.camera.distortion)
         doubtful += sum(found.doubtful for found in Detector(marker_classes.SIZE).detect(shot.image, wrong))
     assert doubtful > 3
+
+
+def test_a_fit_in_vain_is_not_repeated_in_each_image(monkeypatch):
+    """The sides of a marker that moves fast before a rolling shutter are bows that no paper explains."""
+    shot = marker_classes.photo('bent 10 cm', marker_classes.DEVELOPMENT, 1)
+    image = np.array([np.roll(row, round(3 * np.sin(y / 12))) for y, row in enumerate(shot.image)])
+    tracker, fits, measure = Tracker(Detector(marker_classes.SIZE)), [], BentPaper.measure
+
+    def counted(self, *arguments):
+        fits.append(measure(self, *arguments))
+        return fits[-1]
+    monkeypatch.setattr(BentPaper, 'measure', counted)
+    for _ in range(thresholds.BENT_WAIT + 1):
+        found = tracker.update(image, shot.camera)
+        assert [each.doubtful for each in found] == [True]
+    assert len(fits) == 1 and not fits[0].is_bent
+    tracker.update(image, shot.camera)
+    assert len(fits) == 2
+
+
+def test_bent_paper_is_followed_from_its_last_shape():
+    shot = marker_classes.photo('bent 10 cm', marker_classes.DEVELOPMENT, 1)
+    detector = Detector(marker_classes.SIZE)
+    alone, tracker = detector.detect(shot.image, shot.camera), Tracker(Detector(marker_classes.SIZE))
+    for _ in range(3):
+        found = tracker.update(shot.image, shot.camera)
+        assert rotation_between(found[0].quaternion, alone[0].quaternion) < 0.1  # degrees
+        assert found[0].bend == pytest.approx(alone[0].bend, abs=0.02) and not found[0].doubtful

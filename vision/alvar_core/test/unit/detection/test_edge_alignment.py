@@ -1,4 +1,4 @@
-"""The models of a marker in the image: where its edges are, which way they face, and how parameters move them."""
+"""Flat and curved markers are moved onto the edges of their cells."""
 import cv2
 import numpy as np
 import pytest
@@ -7,33 +7,32 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import homography
 from alvar_core.detection.bent_paper import Crease, Cylinder
 from alvar_core.detection.edge_alignment import changed, edge_points, fit_plane, scale_of
+from alvar_core.detection.light import LINEAR
 
 BLACK = np.array([[True, False, True], [True, True, True], [False, True, True]])
 CYLINDER, CREASE = Cylinder(default_camera(), 3), Crease(default_camera(), 3)
+EDGES = edge_points(BLACK, np.array([-0.25, 0.25]))
 POSE = [2.9, 0.3, -0.4, 0.2, -0.1, 6.0]  # rotation vector, position [widths]
 
 
-@pytest.mark.parametrize('model, place, starts', [
-    (CYLINDER, CYLINDER.places, [[*POSE, 0.0, 0.0], [*POSE, 0.5, 0.8], [*POSE, -0.4, 2.0]]),
-    (CREASE, CREASE.places, [[*POSE, 0.2, 0.8, 0.15], [*POSE, -0.3, 4.0, 0.1]]),
-], ids=['cylinder', 'crease'])
-def test_edges_of_a_model(model, place, starts):
-    points, theta, small = edge_points(BLACK, np.array([-0.3, 0.2])), np.array(starts), 1e-6
-    seen = model.edges(theta, points)
-    at = place(theta, points.middle).transpose(0, 2, 1)
-    assert seen.at == pytest.approx(at)
-    along = place(theta, points.middle + small * points.outward[:, ::-1]).transpose(0, 2, 1) - at
-    outward = place(theta, points.middle + small * points.outward).transpose(0, 2, 1) - at
-    assert (seen.direction * along).sum(1) / small == pytest.approx(0, abs=1e-2)  # px, of 20 to 30 for a cell
-    assert (seen.direction * outward).sum(1).min() > 0
-    assert (seen.direction ** 2).sum(1) == pytest.approx(1)
-    for k in range(theta.shape[1]):
-        moved = place(theta + small * (np.arange(theta.shape[1]) == k), points.middle).transpose(0, 2, 1) - at
-        # derivatives by bend and axis are differences: 0.2 px in some tens
-        assert seen.jacobian[:, k] == pytest.approx((moved * seen.direction).sum(1) / small, abs=0.2, rel=0.01)
-
-
-EDGES = edge_points(BLACK, np.array([-0.25, 0.25]))
+@pytest.mark.parametrize('model, theta', [(CYLINDER, [*POSE, 0.5, 0.8]), (CYLINDER, [*POSE, -0.4, 2.0]),
+                                          (CREASE, [*POSE, 0.2, 0.8, 0.15]), (CREASE, [*POSE, -0.3, 4.0, 0.1])])
+def test_curved_marker_is_moved_onto_its_edges(model, theta):
+    """The image is drawn at eight times the size, cell by cell, by the places of a fine grid."""
+    image, fine, line = np.full((480 * 8, 640 * 8), 200, np.uint8), 30, np.linspace(-1.5, 1.5, 91)
+    grid = np.stack(np.meshgrid(line, line), -1).reshape(-1, 2)
+    at = np.round(8 * (model.places(np.array(theta), grid) + 0.5) - 0.5).astype(np.int32).reshape(91, 91, 2)
+    for row, column in np.argwhere(np.kron(BLACK, np.ones((fine, fine)))):
+        cv2.fillConvexPoly(image, at[[row, row, row + 1, row + 1], [column, column + 1, column + 1, column]], 30)
+    image = cv2.resize(image, (640, 480), interpolation=cv2.INTER_AREA)
+    start = np.array(theta) + [0.02, -0.02, 0.03, 0.004, -0.004, 0.05, -0.1, *np.full(len(theta) - 7, 0.05)]
+    fit = model.fit(image, start[None], EDGES, len(theta), 3.0, 6, 5.0, LINEAR)[0]
+    assert fit.seen > 0.9 and fit.error < 0.1  # px
+    corners = 1.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    assert np.abs(model.places(fit.parameters, corners) - model.places(np.array(theta), corners)).max() < 0.3  # px
+    assert fit.parameters[:3] == pytest.approx(theta[:3], abs=0.03)  # rad
+    assert fit.parameters[6] == pytest.approx(theta[6], abs=0.03)
+    assert np.linalg.eigvalsh(fit.covariance).min() > 0
 
 
 def test_flat_marker_is_moved_onto_its_edges():

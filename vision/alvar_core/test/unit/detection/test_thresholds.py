@@ -16,7 +16,6 @@ NO_THRESHOLDS = {
     'prepared_image.MOST': 'images kept for reuse',
     'alignment.DISTANCES': 'of the table of sample weights', 'alignment.WEIGHTS': 'of the table of sample weights',
     'local_contrast.ALONG': 'where contrasts are read', 'local_contrast.ACROSS': 'where contrasts are read',
-    'bent_paper.STEP': 'difference for a derivative',
     'pose.DEGREES_OF_FREEDOM': 'eight coordinates less six of a pose',
     'reading.DEPTHS': 'where the coarse decoding reads',
 }
