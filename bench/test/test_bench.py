@@ -9,6 +9,7 @@ import check_red_team
 import measure
 import report
 import session
+import suite_grading
 from figures import Figure, Target, judge, median, p95, rate_in_window
 from processes import BenchError, Child, stop_all
 from session import Measurement, answer, package_path
