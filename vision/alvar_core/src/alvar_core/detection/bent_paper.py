@@ -163,7 +163,7 @@ class BentPaper:
               shapes: Sequence[Sequence[float]], reach: float, light: Light) -> list[Fit]:
         """Return the Fits of a model from each of the poses ``flat`` and each of ``shapes``."""
         starts = np.array([[*pose, *shape] for pose in flat for shape in shapes])
-        pose_of = np.repeat(np.arange(len(flat)), len(shapes))
+        pose_of: Integers = np.repeat(np.arange(len(flat)), len(shapes))
         # the axis or crease stays fixed until the end, because flat paper has none
         far = thresholds.FIRST_LOCAL_REACH * reach
         tried = FIRST_PLACES, 7, thresholds.BEND_TRIED, far, thresholds.BEND_CHOSEN
