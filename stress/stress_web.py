@@ -36,7 +36,7 @@ OPERATIONS = (
     {'op': 'service_response', 'service': '/web', 'id': 'x', 'values': {}, 'result': True},
     {'op': 'fragment', 'id': 'x', 'data': '', 'num': 0, 'total': 1}, {'op': 'png', 'data': ''},
     {'op': 'set_level', 'level': 'error'}, {'op': 'deadman', 'timeout': 1.0})
-REQUESTS = b'GET / HTTP/1.1\r\n', b'GET /stream?topic=/absent HTTP/1.1\r\n', b'POST / HTTP/1.1\r\nContent-Length: 5\r\n'
+REQUESTS = b'GET / HTTP/1.1\r\n', b'GET /stream?topic= HTTP/1.1\r\n', b'POST / HTTP/1.1\r\nContent-Length: 5\r\n'
 SECRET = b'root:'  # how /etc/passwd begins
 UP = '..', '%2e%2e', '%2e.', '..%2f', '%252e%252e', '..%c0%af', '..\\', '..%5c', '..%00', '....//'
 
