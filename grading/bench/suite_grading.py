@@ -196,7 +196,7 @@ def _verdict(path):
 MEASUREMENTS = {
     **{exercise: Measurement(one(exercise), f'{exercise}, {right_program(exercise).name}') for exercise in EXERCISES},
     'class': Measurement(whole_class, f'a class with all {len(EXERCISES)} exercises, {CLASS_JOBS} at once'),
-    **{f'repeats {exercise}': Measurement(repeats(exercise), f'all right programs of {exercise}, each {FULL} times')
+    **{f'repeats {exercise}': Measurement(repeats(exercise), f'all right programs of {exercise}, --times ({FULL}) each')
        for exercise in EXERCISES},
     **{f'red team {level}': Measurement(red_team(level), f'hostile programs, isolated by {level}')
        for level in levels.LEVELS},
