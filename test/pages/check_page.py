@@ -1,12 +1,13 @@
 """Follow a page of the documentation as a reader would, and check that the results are those on the page.
 
-usage: check_page.py PAGE FOLDER     such as docs/course.md; FOLDER takes what the terminals showed
+usage: check_page.py PAGE FOLDER [--browser]     such as docs/course.md; FOLDER takes what the terminals showed
 
 Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell in
 the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that
 `roscore` finds its port free; where none is allowed, no roscore of this workspace may run. Commands in LEFT_OUT are
-not typed. page.py tells how a page is written. Exit
-code 0 when all is as the page says, else a text says which line is not.
+not typed. With --browser, all is done in one tab of a browser: the terminals and the editor are those of ./run view
+--terminal, and a screenshot follows each output. page.py tells how a page is written. Exit code 0 when all is as the
+page says, else a text says which line is not.
 """
 import os
 import re
@@ -42,13 +43,37 @@ class WrongError(Exception):
     """Something is not as the page says."""
 
 
-class Reader:
-    """A reader who follows a page in ``folder``; ``terminals`` {number: Terminal}."""
+class Desk:
+    """What a reader has in front of them: terminals and an editor."""
 
-    def __init__(self, folder, home, workspace):
+    def __init__(self, environment):
+        self._environment = environment
+
+    def terminal(self, folder, in_workspace):
+        """Return a new terminal in ``folder``, a ./run shell if it is to be ``in_workspace``."""
+        terminal = Terminal(folder, self._environment)
+        if in_workspace:
+            terminal.type(f'{REPOSITORY}/run shell', SILENCE)
+            terminal.wait_free(SILENCE)
+        return terminal
+
+    def write(self, path, text):
+        """Write a file."""
+        path.write_text(text, encoding='utf-8')
+
+    def looked_at(self):
+        """Note that an output has come."""
+
+    def close(self):
+        """End it, after the terminals."""
+
+
+class Reader:
+    """A reader who follows a page in ``folder`` at a Desk, in a ``home``; ``terminals`` {number: Terminal}."""
+
+    def __init__(self, folder, home, desk):
         self.terminals, self._folder, self._commands, self._last = {}, folder, {}, None
-        self._environment = {'LANG': 'C.UTF-8', **{name: os.environ[name] for name in KEPT if name in os.environ},
-                             'HOME': str(home), 'TURTLE_ROBOTONT_WS': str(workspace)}
+        self._home, self._desk = home, desk
         self._ways = {page.Command: self._type, page.Keys: self._press, page.Output: self._expect,
                       page.File: self._write, page.Picture: self._compare}
 
@@ -70,11 +95,7 @@ class Reader:
         """Return the terminal with a number, opened if it is a new one."""
         if number not in self.terminals:
             of_repository = number == page.REPOSITORY_TERMINAL
-            self.terminals[number] = terminal = Terminal(REPOSITORY if of_repository else self._environment['HOME'],
-                                                         self._environment)
-            if not of_repository:
-                terminal.type(f'{REPOSITORY}/run shell', SILENCE)
-                terminal.wait_free(SILENCE)
+            self.terminals[number] = self._desk.terminal(REPOSITORY if of_repository else self._home, not of_repository)
         return self.terminals[number]
 
     def _turn_to(self, number):
@@ -100,13 +121,13 @@ class Reader:
     def _write(self, file):
         if file.name.startswith('~/'):
             self._turn_to(file.terminal).wait_started()  # an earlier command may make the folder
-            path = Path(self._environment['HOME']) / file.name[2:]
+            path = self._home / file.name[2:]
         else:
             terminal = self._turn_to(file.terminal)
             terminal.type('pwd', SILENCE)
             terminal.wait_free(SILENCE)
             path = Path(terminal.printed()[0]) / file.name
-        path.write_text(file.text, encoding='utf-8')
+        self._desk.write(path, file.text)
 
     def _look_again(self, number):
         """Type the last command again if it only looks and has ended; return whether it was."""
@@ -123,6 +144,7 @@ class Reader:
                     or time.monotonic() > end + PRINTING)
             line = page.missing(output.lines, terminal.printed())
             if line is None:
+                self._desk.looked_at()
                 return
             if over and (time.monotonic() > end or not self._look_again(output.terminal)):
                 raise WrongError(f'terminal {output.terminal} does not print\n  {line}\nbut\n{terminal.tail()}')
@@ -159,10 +181,17 @@ class Reader:
         return wrong + self._trouble()
 
 
-def follow(path, workspace, folder):
+def follow(path, workspace, folder, in_browser):
     """Follow the page ``path``; return the differences from it."""
     home = Path(tempfile.mkdtemp(prefix='page_'))
-    reader, wrong = Reader(path.parent, home, workspace), []
+    environment = {'LANG': 'C.UTF-8', **{name: os.environ[name] for name in KEPT if name in os.environ},
+                   'HOME': str(home), 'TURTLE_ROBOTONT_WS': str(workspace)}
+    if in_browser:
+        from lab import Lab  # it needs selenium
+        desk = Lab(REPOSITORY, home, environment, folder)
+    else:
+        desk = Desk(environment)
+    reader, wrong = Reader(path.parent, home, desk), []
     try:
         for action in page.actions(path.read_text(encoding='utf-8')):
             print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
@@ -173,6 +202,7 @@ def follow(path, workspace, folder):
         wrong += reader.close()
         for number, terminal in reader.terminals.items():
             (folder / f'terminal_{number}.txt').write_text(terminal.transcript, encoding='utf-8')
+        desk.close()
         shutil.rmtree(home, ignore_errors=True)
     return wrong
 
@@ -190,13 +220,15 @@ def enter_own_network():
 
 def main(arguments):
     """Follow a page; return the exit code."""
+    in_browser = '--browser' in arguments
+    arguments = [argument for argument in arguments if argument != '--browser']
     if len(arguments) != 2:
         print(__doc__, file=sys.stderr)
         return 2
     enter_own_network()
     folder = Path(arguments[1])
     folder.mkdir(parents=True, exist_ok=True)
-    wrong = follow((REPOSITORY / arguments[0]).resolve(), os.environ['ws'], folder)
+    wrong = follow((REPOSITORY / arguments[0]).resolve(), os.environ['ws'], folder, in_browser)
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

@@ -100,16 +100,21 @@ class Terminal:
         """Return the last lines printed."""
         return '\n'.join(f'  | {line}' for line in self.printed()[-20:])
 
-    def close(self, timeout):
-        """Press Ctrl-C until the prompt is there, then end the shells; return the list of programs that did not end."""
-        end, stubborn = time.monotonic() + timeout, []
-        while not self.free() and not stubborn:
+    def end_program(self, timeout):
+        """Press Ctrl-C until the prompt is there; return the list of programs that did not end."""
+        end = time.monotonic() + timeout
+        while not self.free():
             self.send('\x03')
             pressed = time.monotonic()
             while not self.free() and time.monotonic() < pressed + AGAIN:
                 time.sleep(POLL)
-            if time.monotonic() > end:
-                stubborn = [f'did not end by Ctrl-C:\n{self.tail()}']
+            if time.monotonic() > end and not self.free():
+                return [f'did not end by Ctrl-C:\n{self.tail()}']
+        return []
+
+    def close(self, timeout):
+        """End the program and the shells; return the list of programs that did not end by Ctrl-C."""
+        stubborn = self.end_program(timeout)
         os.killpg(self._process.pid, signal.SIGHUP)
         try:
             self._process.wait(5.0)

@@ -23,6 +23,7 @@ PAGE = 'rosrun', 'course_page', 'browser'
 TITLE = 'Turtle and Robotont'  # of the page's tab
 ADDRESS = re.compile(r'http://\S+/lab\?token=\w+')
 POLL_INTERVAL = 0.2  # [s]
+PAGE_CONFIG = {'disabledExtensions': {'@jupyterlab/apputils-extension:announcements': True}}  # it asks the user
 
 
 def options_of(arguments):
@@ -47,8 +48,14 @@ def configuration(port, jupyter):
             'launcher_entry': {'title': TITLE}}
     return {'ServerProxy': {'servers': {'turtle_robotont': page}},
             'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0,
-                          'terminado_settings': {'shell_command': shell}},
-            'LabApp': {'check_for_updates_class': 'jupyterlab.NeverCheckForUpdate', 'news_url': None}}
+                          'terminado_settings': {'shell_command': shell}}}
+
+
+def write_configuration(folder, settings):
+    """Write the files of JupyterLab's configuration into ``folder``."""
+    (folder / 'jupyter_server_config.json').write_text(json.dumps(settings), encoding='utf-8')
+    (folder / 'labconfig').mkdir()
+    (folder / 'labconfig' / 'page_config.json').write_text(json.dumps(PAGE_CONFIG), encoding='utf-8')
 
 
 def main():
@@ -59,8 +66,7 @@ def main():
     port = urllib.parse.urlsplit(running.address).port if running else free_port()
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_terminal_'))
-        with open(os.path.join(folder, 'jupyter_server_config.json'), 'w', encoding='utf-8') as file:
-            json.dump(configuration(port, options.jupyter), file)
+        write_configuration(pathlib.Path(folder), configuration(port, options.jupyter))
         if not running:
             stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}', f'--programs={options.folder}'],
                                                   os.path.join(folder, 'page.txt')))

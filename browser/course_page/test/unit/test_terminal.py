@@ -9,7 +9,9 @@ from course_page.panels import RunningPage
 
 LAB = '''#!{python}
 import json, os, sys
-print('[I] log', json.load(open(os.environ['JUPYTER_CONFIG_DIR'] + '/jupyter_server_config.json')), sys.argv[1:])
+folder = os.environ['JUPYTER_CONFIG_DIR']
+print('[I] log', json.load(open(folder + '/jupyter_server_config.json')), sys.argv[1:])
+print('[I] log', json.load(open(folder + '/labconfig/page_config.json')))
 {then}
 '''
 
@@ -36,6 +38,7 @@ def test_what_ends_it_is_shown_with_the_settings(tmp_path, monkeypatch):
     said = str(ended.value)
     assert 'no port is free' in said and "'port': 8123" in said and '--ip=0.0.0.0' in said
     assert f'--ServerApp.root_dir={tmp_path}' in said
+    assert "{'@jupyterlab/apputils-extension:announcements': True}" in said  # no question about Jupyter's news
 
 
 def test_settings_are_json(tmp_path):
