@@ -43,9 +43,12 @@ class Schedule:
 class RobotTopics:
     """Publishers and subscriber of a vehicle.Vehicle."""
 
-    def __init__(self, vehicle, lock, seed):
-        """Register everything; ``lock`` guards the vehicle, ``seed`` is that of the noise."""
-        self._vehicle, self._lock = vehicle, lock
+    def __init__(self, vehicle, lock, seed, note):
+        """Register everything; ``lock`` guards the vehicle, ``seed`` is that of the noise.
+
+        ``note(name, event, *values, request=message)`` records a command, with the lock held.
+        """
+        self._vehicle, self._lock, self._note = vehicle, lock, note
         self._random = np.random.default_rng(seed)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._casters = []
@@ -181,7 +184,9 @@ class RobotTopics:
     def _command(self, twist):
         try:
             with self._lock:
-                self._vehicle.command(twist.linear.x, twist.linear.y, twist.angular.z)
+                velocity = twist.linear.x, twist.linear.y, twist.angular.z
+                self._vehicle.command(*velocity)
+                self._note(self._vehicle.name, 'cmd', *velocity, request=twist)
         except InvalidInput as refusal:
             self._refusals.warn('velocity', 'Ignored a message on %s, and the robot stops: %s', self._command_topic,
                                 refusal)

@@ -2,15 +2,14 @@
 
 Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
 robots and publishes. Commands and messages on ``~set_model_state`` arrive in rospy's threads, which change the world
-under ``_lock``. Topics of a new robot are registered in the thread of FrameServices, so that no step waits for them.
-Cameras are rendered by another process (cameras.py), which is started with the first one.
+under ``_lock``, that of ``_shared``. Topics of a new robot are registered in the thread of FrameServices, so that no
+step waits for them. Cameras are rendered by another process (cameras.py), which is started with the first one.
 """
 import json
 import os
 import re
 import subprocess
 import sys
-import threading
 from functools import partial
 
 import numpy as np
@@ -55,27 +54,38 @@ from rospy_support import parameters, reachability
 from rospy_support.parameters import Table
 from rospy_support.rotations import to_quaternion, yaw_of
 from rospy_support.topics import LatestPublisher, Publisher
-from sim_ros import clock
+from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.parent_link import ParentLink
+from sim_ros.recording import RecordedWorld
 from sim_ros.robotont_messages import base_transform
 
 NAME = 'gazebo'
-PARAMETERS = Table(clock.SEED, clock.PARAMETERS)
+PARAMETERS = Table(clock.SEED, recording.RECORD, clock.PARAMETERS)
+RECORDED = ('x', 'y', 'theta')  # columns of a recording: the true pose of the robot that was added first
 CAMERA_RATE = 30.0  # [Hz] at which cameras are told where the robots are
 CAMERAS = 'gazebo_cameras'
 SPAWNED = 'SpawnModel: Successfully spawned entity'
+NOT_OF_A_NAME = re.compile(r'\W')
 PACKAGE = re.compile(r'(?:package|model)://([\w.-]+)/')
 
 
 class GazeboNode:
     """Gazebo's interface on a GazeboWorld."""
 
-    def __init__(self, world, warnings):
-        """Register everything. Call ``init_simulator`` first."""
-        self._clock = SimulatorClock(DT)
+    def __init__(self, world, warnings, connection=None):
+        """Register everything. Call ``init_simulator`` first.
+
+        ``connection``: a socket for a ParentLink.
+        """
+        self._parent = ParentLink(connection) if connection else None
+        self._clock = SimulatorClock(DT, self._parent)
         self._numbers = seeded_random()
-        self._lock = threading.Lock()
         self._world = world
+        self._shared = RecordedWorld(world, RECORDED, _fields,
+                                     lambda refusal: rospy.logwarn('Refused a service call: %s', refusal))
+        self._shared.record_if_asked()
+        self._lock = self._shared.lock
         self._topics = {}  # model: its RobotTopics
         self._elements = {}  # model: the Element of its SDF
         self._cameras = None  # the process
@@ -108,9 +118,19 @@ class GazeboNode:
                 rospy.logwarn('The model %s is left out: %s', name, refusal)
         self._publish_scene()
 
+    def add_robot(self, name, description, pose):
+        """Add a robot, a URDF, at a Pose2D, with topics in the namespace of its name; raise InvalidInput."""
+        self._elements[name] = model_files.parse(description)
+        self._report(name, self._world.add(self._elements[name], name, _matrix(pose, 0.0), name))
+        self._topics[name] = self._make_topics(name)
+        self._publish_scene()
+
     def run(self):
         """Step until shutdown."""
-        self._clock.run(self._step)
+        try:
+            self._clock.run(self._step)
+        finally:
+            self._shared.end_recording()
 
     def _offer(self):
         services = self._clock.services
@@ -126,14 +146,19 @@ class GazeboNode:
         services.add('~set_physics_properties', SetPhysicsProperties, self._set_physics)
         for name in ('~reset_world', '~reset_simulation'):
             services.add(name, Empty, self._reset)
-        rospy.Service('~pause_physics', Empty, lambda _: self._done(self._clock.pause()))
-        rospy.Service('~unpause_physics', Empty, lambda _: self._done(self._clock.resume()))
+        owned = self._clock.unless_owned
+        rospy.Service('~pause_physics', Empty, owned(lambda _: self._done(self._clock.pause())))
+        rospy.Service('~unpause_physics', Empty, owned(lambda _: self._done(self._clock.resume())))
 
     def _step(self):
         now = rospy.Time.now()
         with self._lock:
             world = self._world
             world.step()
+            poses = {name: vehicle.pose for name, vehicle in world.vehicles.items()}
+            self._shared.record_step(next(iter(poses.values()), None))
+            if self._parent:
+                self._parent.moved(world.steps, poses)
             transforms = []
             for name, topics in self._topics.items():
                 if name in world.vehicles:
@@ -163,6 +188,7 @@ class GazeboNode:
                 flat = self._world.in_world(flat, request.reference_frame)
                 warnings = self._world.add(element, request.model_name, _matrix(flat, position.z),
                                            request.robot_namespace)
+                self._note(request.model_name, 'spawn_model', *flat, request=request)
         except InvalidInput as refusal:
             rospy.logwarn('Could not spawn %s: %s', request.model_name or 'a model', refusal)
             return SpawnModelResponse(False, str(refusal))
@@ -181,6 +207,7 @@ class GazeboNode:
             with self._lock:
                 self._world.remove(request.model_name)
                 topics = self._topics.pop(request.model_name, None)
+                self._note(request.model_name, 'delete_model', request=request)
         except InvalidInput as refusal:
             return DeleteModelResponse(False, str(refusal))
         self._elements.pop(request.model_name, None)
@@ -213,7 +240,7 @@ class GazeboNode:
 
     def _set_state(self, request):
         try:
-            self._place(request.model_state)
+            self._place(request.model_state, request)
         except InvalidInput as refusal:
             rospy.logwarn('Refused a service call: %s', refusal)
             return SetModelStateResponse(False, str(refusal))
@@ -221,14 +248,16 @@ class GazeboNode:
 
     def _set_by_message(self, message):
         try:
-            self._place(message)
+            self._place(message, message)
         except InvalidInput as refusal:
             rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name('~set_model_state'), refusal)
 
-    def _place(self, wanted):
+    def _place(self, wanted, request):
         pose = Pose2D(wanted.pose.position.x, wanted.pose.position.y, _yaw(wanted.pose.orientation))
         with self._lock:
-            self._world.put(wanted.model_name, self._world.in_world(pose, wanted.reference_frame))
+            there = self._world.in_world(pose, wanted.reference_frame)
+            self._world.put(wanted.model_name, there)
+            self._note(wanted.model_name, 'teleport_absolute', *there, request=request)
             moved = wanted.model_name not in self._world.vehicles
         if moved:
             self._publish_scene()
@@ -260,9 +289,10 @@ class GazeboNode:
     def _set_physics(_):
         return SetPhysicsPropertiesResponse(False, f'nothing is changed: a step is {DT:g} s, and nothing falls here')
 
-    def _reset(self, _):
+    def _reset(self, request):
         with self._lock:
             self._world.reset()
+            self._shared.note('reset', request=request)
         self._publish_scene()
         return EmptyResponse()
 
@@ -275,7 +305,11 @@ class GazeboNode:
     # ------------------------------------------------------------------------------------------------ robots
 
     def _make_topics(self, name):
-        return RobotTopics(self._world.vehicles[name], self._lock, self._numbers.getrandbits(64))
+        return RobotTopics(self._world.vehicles[name], self._lock, self._numbers.getrandbits(64), self._note)
+
+    def _note(self, name, event, *values, request):
+        """Record an event of a model; the caller must hold the lock. A name may be any text."""
+        self._shared.note(f'{NOT_OF_A_NAME.sub("?", name)}/{event}', *values, request=request)
 
     def _report(self, name, warnings):
         """Log which parts of a model are simulated, and which are not."""
@@ -315,6 +349,11 @@ class GazeboNode:
     def _end_cameras(self):
         if self._cameras:
             self._cameras.terminate()
+
+
+def _fields(pose):
+    """Return a Pose2D as fields of a recording, empty ones for None."""
+    return [f'{value:.9g}' for value in pose] if pose else [''] * len(RECORDED)
 
 
 def _summary(robot):
@@ -358,8 +397,8 @@ def _pose_and_twist(state):
     return pose, twist
 
 
-def main():
-    """Run the node gazebo."""
+def main(connection=None, robots=()):
+    """Run the node gazebo; ``connection``: that of a ParentLink; ``robots``: [(name, URDF, Pose2D)], in namespaces."""
     options = command_line.read(rospy.myargv()[1:])
     init_simulator(NAME, PARAMETERS)
     reachability.watch()
@@ -372,6 +411,11 @@ def main():
         plan, found, warnings = model_files.load_world(options.world, command_line.world_folders())
     except InvalidInput as error:
         raise parameters.ParameterError(f'the world {options.world}: {error}') from None
-    node = GazeboNode(GazeboWorld(plan), warnings)
+    node = GazeboNode(GazeboWorld(plan), warnings, connection)
     node.add_from_world(found)
+    try:
+        for robot in robots:
+            node.add_robot(*robot)
+    except InvalidInput as error:
+        raise parameters.ParameterError(f'the robots: {error}') from None
     node.run()

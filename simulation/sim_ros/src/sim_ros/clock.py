@@ -105,10 +105,10 @@ class SimulatorClock:
         else:
             self._use_other_clock()
         self.services = FrameServices(self._on_call, by_name=self._lockstep is not None)
-        rospy.Service('~pause', Trigger, self._unless_owned(lambda _: self.pause()))
-        rospy.Service('~resume', Trigger, self._unless_owned(lambda _: self.resume()))
-        rospy.Service('~step', Step, self._unless_owned(self._step_by_hand))
-        rospy.Service('~set_rate', SetRate, self._unless_owned(self._set_rate))
+        rospy.Service('~pause', Trigger, self.unless_owned(lambda _: self.pause()))
+        rospy.Service('~resume', Trigger, self.unless_owned(lambda _: self.resume()))
+        rospy.Service('~step', Step, self.unless_owned(self._step_by_hand))
+        rospy.Service('~set_rate', SetRate, self.unless_owned(self._set_rate))
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
 
@@ -177,7 +177,7 @@ class SimulatorClock:
             late, busy = self._lateness()
             self._parent.stepped(self._pacer.steps, late, '' if self._lockstep and self._lockstep.starved else busy)
 
-    def _unless_owned(self, handler):
+    def unless_owned(self, handler):
         """Return the handler of a service that controls time; it refuses if another program owns the time."""
         def refuse(_):
             raise rospy.ServiceException('time belongs to the program that has started this simulator')

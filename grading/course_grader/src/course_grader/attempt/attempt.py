@@ -25,7 +25,7 @@ import psutil
 import rosgraph
 import rospy
 
-from course_grader.attempt import beside, forked, static_analysis
+from course_grader.attempt import beside, forked, robots, static_analysis
 from course_grader.attempt.guard import Guard
 from course_grader.attempt.navigation_reader import NavigationReader
 from course_grader.attempt.recording_reader import RecordingReader
@@ -48,7 +48,8 @@ from plain_support import processes
 from rospy_support import rospy_internals, servers
 from sim_ros import lockstep
 
-SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
+SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT),
+              'robots': ('/gazebo', robot_world.GAZEBO_DT)}  # of an exercise, or one with several robots
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
 ROLES = {'PUB': 'publishes', 'SUB': 'subscribes', 'SERVICE': 'serves'}  # of a node for a name, as in the master's log
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
@@ -175,7 +176,8 @@ class Attempt:
         self._deadline = time.monotonic() + job.limit
         self._job, self.exercise, self._command, self._policy = job, job.exercise, command, chosen
         self.remarks = [*remarks, *chosen.remarks]
-        self._simulator, self._dt = SIMULATORS[self.exercise.simulator]
+        self._kind = 'robots' if self.exercise.robots else self.exercise.simulator
+        self._simulator, self._dt = SIMULATORS[self._kind]
         self._beside = {}  # {name: Forked} of the nodes beside the simulator
         self._record = os.path.join(job.output, RECORD)
         self._master_log = os.path.join(job.output, MASTER_LOG)
@@ -184,7 +186,9 @@ class Attempt:
         self.student = None
         self.finished = False
         self.observed = Observed(plan=world_format.parse(self.exercise.world))
-        self._fakes = {**FAKES, **dict.fromkeys(beside.topics(self.exercise.beside), 'fake_result')}
+        self.observed.add_robots(self.exercise.robots)
+        self._fakes = {**FAKES, **dict.fromkeys(beside.topics(self.exercise.beside), 'fake_result'),
+                       **dict.fromkeys(robots.topics(self.exercise.robots), 'fake_pose')}
         self._polled_at = 0.0
         self._log_size = -1  # [bytes] of the master's log when the names were last read
         self._students = set()  # names of nodes that were seen
@@ -241,7 +245,8 @@ class Attempt:
         self._master.setParam('/use_sim_time', True)
         try:
             arguments = self._simulator_arguments(box.environment['TMPDIR'])
-            simulator, connection = forked.start_simulator(self.exercise.simulator, arguments, self._simulator_log)
+            more = [robots.described(self.exercise, self._job.seed, self._master)] if self.exercise.robots else []
+            simulator, connection = forked.start_simulator(self._kind, arguments, self._simulator_log, *more)
             self._link = SimulatorLink(connection, self._dt)
         except ImportError as error:
             raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
@@ -289,11 +294,13 @@ class Attempt:
                   f'_record:={json.dumps(self._record, ensure_ascii=False)}']  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
             return [*common, '_window:=false', f'_start:=[{start["x"]:.4f}, {start["y"]:.4f}, {start["theta"]:.4f}]']
-        if self.exercise.world:
+        if self.exercise.world or self.exercise.robots:
             path = os.path.join(folder, WORLD)
             with open(path, 'w', encoding='utf-8') as file:
                 json.dump(self.exercise.world, file)  # JSON is YAML, too
-            common.append(f'_world:={path}')
+            common.append(path if self.exercise.robots else f'_world:={path}')
+        if self.exercise.robots:
+            return [*common, f'_seed:={self._job.seed}']
         model = 'lidar' if self.exercise.beside else 'basic'
         if self.exercise.beside:
             common.append(f'_lockstep_wait:={beside.PATIENCE:g}')
@@ -498,7 +505,7 @@ class Attempt:
         """Return whether the verdict is final."""
         if judging.shortcuts(self.observed, self.exercise.allows) or self.observed.trouble:
             return True
-        return (stimuli.done() and len(self.observed.track) > 0 and self.observed.standstill() > SETTLED
+        return (stimuli.done() and len(self.observed.track) > 0 and self.observed.all_stand() > SETTLED
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
     def _read_lateness(self):

@@ -23,7 +23,8 @@ from plain_support import processes
 from rospy_support import nodes
 from sim_ros import lockstep
 
-SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node'}  # of an exercise: module with main()
+SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node',
+              'robots': 'gazebo_ros.server'}  # of an exercise: module with main()
 for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
@@ -67,14 +68,17 @@ def start_master(log, timeout, admits):
     raise TimeoutError(f'no ROS master answered within {timeout:g} s; see {log}')
 
 
-def start_simulator(simulator, arguments, log):
-    """Fork the simulator of an exercise; return (Forked, the socket to it). Raise ImportError if it is missing."""
+def start_simulator(simulator, arguments, log, *more):
+    """Fork the simulator of an exercise; return (Forked, the socket to it). Raise ImportError if it is missing.
+
+    ``more``: what its main() takes after the socket.
+    """
     module = importlib.import_module(SIMULATORS[simulator])
     own, its = socket.socketpair()
 
     def run():
         own.close()
-        nodes.run(functools.partial(module.main, its))
+        nodes.run(functools.partial(module.main, its, *more))
     forked = Forked(simulator, run, arguments, log)
     its.close()
     return forked, own

@@ -13,6 +13,7 @@ from kinematic_core.timing import recorder
 from sim_ros.recording import PARENT  # its commands are the grader's stimuli
 
 TURTLE = 'turtle1'
+REMOVALS = 'kill', 'delete_model'
 INTERNAL_EVENTS = 'start', 'timeout'  # events that no node caused
 
 
@@ -72,10 +73,13 @@ class RecordingReader:
     def _take_event(self, t, words, caller):
         turtle, _, name = words[0].rpartition('/')
         values = tuple(map(float, words[1:]))
-        if name in INTERNAL_EVENTS or caller == PARENT or turtle not in ('', TURTLE):
+        robots = self._observed.robots
+        if name in INTERNAL_EVENTS or caller == PARENT or turtle not in ('', TURTLE) and not robots:
             return
         if name == 'cmd':
-            self._observed.commands.append(Command(t, *values, caller))
+            if turtle in robots or not robots:  # else a robot that the program has added
+                commands = robots[turtle].commands if robots else self._observed.commands
+                commands.append(Command(t, *values, caller))
         elif name == 'teleport_absolute':
             self._observed.events.append(Event(t, 'teleport', values, caller))
         elif name == 'teleport_relative':
@@ -83,7 +87,7 @@ class RecordingReader:
         elif name == 'pen':
             self._observed.events.append(Event(t, 'pen', tuple(map(int, values)), caller))
         else:
-            self._observed.events.append(Event(t, name, (turtle or TURTLE,) if name == 'kill' else values, caller))
+            self._observed.events.append(Event(t, name, (turtle or TURTLE,) if name in REMOVALS else values, caller))
 
     def _after_jump(self, linear, angular):
         """Return approximately where a relative teleport leads, for the texts."""

@@ -1,4 +1,4 @@
-"""Reads the parameters, transforms and other turtles that the checks of an exercise need.
+"""Reads the parameters, transforms, other turtles and other robots that the checks of an exercise need.
 
 Threads: callbacks only append to a list.
 """
@@ -30,6 +30,8 @@ class StateReader:
             rospy.Subscriber('/tf_static', TFMessage, lambda message: self._on_transforms(message, lasting=True))
         for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:
             link.watch(turtle, functools.partial(self._on_pose, observed.turtles.setdefault(turtle, [])))
+        for robot, driven in list(observed.robots.items())[1:]:  # the recording has the path of the first one
+            link.watch(robot, functools.partial(self._on_pose, driven.track))
 
     def read(self):
         """Record the values of the parameters; one that is not set keeps its last value."""

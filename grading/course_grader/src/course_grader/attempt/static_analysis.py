@@ -26,7 +26,8 @@ SHELLS = ('sh', 'bash', 'dash', 'zsh')
 SHELL = re.compile(rb'#!\s*\S*/(env\s+)?(ba|da|z)?sh\b')
 EXECUTABLE_PYTHON = re.compile(rb'#!\s*/usr/bin/(env\s+)?python3\n')
 COMPILED = re.compile(rb'\x7fELF')
-SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo')}  # package, executable
+SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo'), ('gazebo_ros', 'gzserver'),
+              ('gazebo_ros', 'gazebo')}  # package, executable
 COURSE = 'turtle_robotont'  # its modules use the wall clock for timeouts only
 MAX_FILES = 1000  # nodes, launch files, or lines of scripts that are searched
 MAX_NAME = 1000  # characters of a dotted module name

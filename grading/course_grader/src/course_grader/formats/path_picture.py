@@ -54,13 +54,15 @@ class Drawing(NamedTuple):
 def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
     """Return the Drawing, or None if nothing moved and nothing counted."""
     path = [(sample.x, sample.y) for sample in observed.track]
+    others = [[(sample.x, sample.y) for sample in driven.track] for driven in list(observed.robots.values())[1:]]
+    others = [other for other in others if other]
     counted = rules_driving.counted_parts(exercise.rules, observed)
-    if fits.path_length(path) < MIN_LENGTH and not counted:
+    if max(map(fits.path_length, [path, *others])) < MIN_LENGTH and not counted:
         return None
     reset = observed.reset_at()
     before = [(sample.x, sample.y) for sample in observed.track if sample.t < reset]
     after = [(sample.x, sample.y) for sample in observed.track if sample.t >= reset] or path[-1:]
-    low, scale = _view(exercise, np.array(path or [(0.0, 0.0)]))
+    low, scale = _view(exercise, np.array([*path, *(point for other in others for point in other)] or [(0.0, 0.0)]))
 
     def pixels(points: ArrayLike) -> Integers:
         inside = (np.asarray(points, float).reshape(-1, 2) - low) * scale + MARGIN
@@ -71,8 +73,10 @@ def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
         lines.append(Line('frame', np.array([(left, bottom), (right, bottom), (right, top), (left, top),
                                              (left, bottom)])))
     lines += [Line('counted', pixels(part)) for part in counted]
-    lines += [Line(style, pixels(part)) for style, part in (('earlier', before), ('path', after)) if len(part) > 1]
-    lines += [Line(style, pixels([point])) for style, point in (('start', after[0]), ('end', after[-1]))]
+    lines += [Line(style, pixels(part)) for style, part in (
+        ('earlier', before), *(('path', part) for part in [*others, after])) if len(part) > 1]
+    lines += [Line(style, pixels([point])) for part in [*others, after]
+              for style, point in (('start', part[0]), ('end', part[-1]))]
     simple = [line._replace(points=_simple(line.points)) for line in lines]
     return Drawing([line for line in simple if len(line.points) > 1 or line.style in RADIUS], labels)
 

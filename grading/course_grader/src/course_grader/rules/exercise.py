@@ -7,6 +7,7 @@ All errors are reported together, so parsers collect them instead of raising: th
 return the values that they could read.
 """
 import difflib
+import itertools
 import math
 import pathlib
 import re
@@ -19,10 +20,14 @@ from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, P
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core.worlds import world_format
+from kinematic_core.worlds.robot_world import ROBOT_RADIUS
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
+MOST_ROBOTS = 4
+OF_ONE_ROBOT = 'commands', 'draws', 'moves', 'passes', 'stops'  # checks that may name one of several robots
+NOT_WITH_ROBOTS = 'start', 'beside', 'odometry', 'localised', 'unmapped'  # keys
 MAX_TIME = 240.0  # [s] of simulated time
 MAX_STARTS = 5
 ALLOWED = ('teleport', 'reset', 'kill')
@@ -95,6 +100,8 @@ KEYS: Parameters = {
     'starts': Parameter('integer', 1, f'how often a program is graded, each time with other drawn values, 1 to '
                         f'{MAX_STARTS}; all have to pass'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
+    'robots': Parameter('mapping', {}, f'names of up to {MOST_ROBOTS} Robotonts, each with its start; they have laser '
+                        'scanners, and their topics and frames lie in namespaces of these names'),
     'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo; '
                        '`like` names one whose shapes stand there, too'),
     'beside': Parameter('list', [], f'which of {", ".join(BESIDE)} run, too; the robot then has a laser scanner'),
@@ -110,6 +117,7 @@ KEYS: Parameters = {
 OF_A_CHECK: Parameters = {
     'points': Parameter('number', ..., 'how many of the 100 points it gives'),
     'must': Parameter('boolean', False, 'whether the exercise fails below half of its points'),
+    'robot': Parameter('text', '', 'which one of several robots it judges; the first, if empty'),
     'visible': Parameter(VISIBLE, ALWAYS, 'when students see it in their results')}
 
 OF_A_SYMPTOM: Parameters = {
@@ -140,6 +148,8 @@ class ExerciseError(ValueError):
 
 class ScoredRule(NamedTuple):
     """A rule of an exercise, one of its ``checks``: name, parameters, points, whether it must hold, when it is visible.
+
+    ``robot``: which one of several robots it judges; '': the first.
     """
 
     name: str
@@ -147,6 +157,7 @@ class ScoredRule(NamedTuple):
     points: float
     must: bool
     visible: str = ALWAYS
+    robot: str = ''
 
 
 Stimulus = Tuple[str, Dict[str, Any]]  # what, {parameter: value}
@@ -174,6 +185,7 @@ class Exercise(NamedTuple):
     unmapped: Tuple[str, ...] = ()  # names of shapes that are not on the map
     varies: bool = False  # whether it has values that differ from student to student
     starts: int = 1  # how often a program is graded, each time with other drawn values
+    robots: Dict[str, Dict[str, Span]] = {}  # several ones, by name, each with its start as in ``start``
 
 
 def load(path: documents.Path, student: str = '') -> Exercise:
@@ -200,6 +212,7 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     content = variants.content_for(content, name, student, problems)
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
+    robots = _robots(values, problems)
     shift = _fields(values.get('shift', {}), SHIFT, 'shift', problems) if values.get('shift') else {}
     values['world'] = _whole_world(values.get('world', {}), problems)
     problems += _wrong_world(values)
@@ -225,7 +238,7 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
                         [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
                         odometry, values['localised'], tuple(values['unmapped']), bool(values['vary']),
-                        values['starts'])
+                        values['starts'], robots)
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -239,6 +252,32 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
         if not 0.0 <= limits.get(axis, (0.0,))[0] <= limits.get(axis, (0.0,))[-1] <= ARENA_SIZE:
             problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
     return limits
+
+
+def _robots(values: Dict[str, Any], problems: List[str]) -> Dict[str, Dict[str, Span]]:
+    """Return {name: start} of several robots."""
+    given, before = values.get('robots', {}), len(problems)
+    robots = {name: _fields(start, START, f'robots: {shown(name)}', problems) for name, start in given.items()}
+    problems += [f'robots has the name {shown(name)}; it must be a letter, then letters, digits or _, such as robot1'
+                 for name in robots if not re.fullmatch(r'[A-Za-z]\w*', str(name), re.ASCII)]
+    problems += [f'robots: {name} lacks the key {axis}: where it starts' for name, start in robots.items()
+                 for axis in 'xy' if axis in start and start[axis] is None]
+    if len(robots) > MOST_ROBOTS:
+        problems.append(f'robots has {len(robots)} robots; it may have up to {MOST_ROBOTS}')
+    if robots and values.get('simulator') != 'robotont':
+        problems.append('robots needs simulator: robotont')
+    problems += [f'robots and {key} cannot be combined' for key in NOT_WITH_ROBOTS if robots and values.get(key)]
+    if len(problems) == before:
+        problems += [f'robots: {one} and {other} may start closer than {2.0 * ROBOT_RADIUS:g} m, and then touch'
+                     for one, other in itertools.combinations(robots, 2)
+                     if math.hypot(*(_gap(robots[one][axis], robots[other][axis]) for axis in 'xy'))
+                     < 2.0 * ROBOT_RADIUS]
+    return robots
+
+
+def _gap(one: Span, other: Span) -> float:
+    """Return the distance between two spans, 0 if they overlap."""
+    return max(one[0] - other[1], other[0] - one[1], 0.0)
 
 
 def _whole_world(world: Dict[str, Any], problems: List[str]) -> Dict[str, Any]:
@@ -300,7 +339,7 @@ def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
     parameters = _fields(entry, RULES[name].parameters, where, problems)
     if len(problems) > before:
         return None
-    return ScoredRule(name, parameters, common['points'], common['must'], common['visible'])
+    return ScoredRule(name, parameters, common['points'], common['must'], common['visible'], common['robot'])
 
 
 def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus]:
@@ -335,6 +374,8 @@ def _contradictions(made: Exercise) -> Iterator[str]:
         for simulator, kinds in NEEDS.items():
             if what in kinds and made.simulator != simulator:
                 yield f'{where} needs simulator: {simulator}'
+            elif what in kinds and made.robots:
+                yield f'{where} needs one robot, and the exercise has robots: {", ".join(made.robots)}'
 
 
 def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
@@ -347,6 +388,7 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs the key through with two or more points for the shape line, and no such key for others'
     if rule.name == 'passes' and bool(values['through']) == (None not in (values['x'], values['y'])):
         yield 'needs either x and y, or through'
+    yield from _missing_robot(rule, made)
     yield from _missing_stimulus(rule, made)
     if rule.name in ('maps', 'navigates') and not made.world:
         yield 'needs a world: there are no walls'
@@ -358,6 +400,17 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs the line: allows: [teleport]'
     if (by_teleports or rule.name in ('pen', 'background')) and made.simulator != 'turtlesim':
         yield 'needs simulator: turtlesim'
+
+
+def _missing_robot(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+    """Yield texts about robots that a check names, or needs, and the exercise lacks."""
+    if rule.robot and rule.robot not in made.robots:
+        yield (f'has robot: {shown(rule.robot)}; it must be one of robots: {", ".join(made.robots) or "none"}'
+               f'{_meant(rule.robot, made.robots)}')
+    elif rule.robot and rule.name not in OF_ONE_ROBOT:
+        yield f'judges no single robot; robot may stand in {", ".join(OF_ONE_ROBOT)}'
+    if rule.name == 'apart' and len(made.robots) < 2:
+        yield 'needs two or more robots'
 
 
 def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:

@@ -20,6 +20,8 @@ SHORTCUTS = {  # kind of event: (what an exercise file says to allow it, the tex
     'teleport': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
     'teleport_relative': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
     'reset': ('reset', 'the program reset the simulator'), 'kill': ('kill', 'the program killed {0}'),
+    'delete_model': ('', 'the program removed {0} from the world'),
+    'spawn_model': ('', 'the program put a model into the world, at ({0:.2f}, {1:.2f})'),
     'fake_result': ('', 'the program published on {0}, in the place of a node of the grader'),
     'fake_pose': ('', 'the program published fake poses on {0}'), 'fake_clock': ('', 'the program published /clock'),
 }

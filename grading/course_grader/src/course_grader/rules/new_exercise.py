@@ -22,6 +22,9 @@ start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 # How often a program is graded, each time with other values, if one of them could be guessed. All have to pass.
 # starts: 2
 
+# Instead of it, several Robotonts with their starts; a check says which one it judges, by robot: robot2.
+# robots: {robot1: {x: 0 m, y: 0 m}, robot2: {x: 2 m, y: -0.2 to 0.2 m}}
+
 # What stands around the Robotont, as in the world files of robotont_gazebo:
 # world:
 #   boxes: [{name: box, x: 2.4, y: 0.0, yaw: 0.0, length: 1.0, width: 1.0, height: 1.0, colour: grey}]

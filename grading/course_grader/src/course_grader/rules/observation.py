@@ -5,8 +5,8 @@ Times count from the simulator's first step; the program had started at ``start`
 Positions are in the simulator's frame [m], headings in rad, counter-clockwise; velocities in the robot's frame.
 """
 import math
-from dataclasses import dataclass, field
-from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
+from dataclasses import dataclass, field, replace
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 from kinematic_core.worlds.floor_plan import EMPTY, FloorPlan
 from navigation_core.maps.grid_map import GridMap
@@ -40,7 +40,8 @@ class Event(NamedTuple):
     """Another action of a node on the simulator: kind, values, node.
 
     Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (another node published
-    poses), fake_result (what a node of the grader publishes), fake_clock.
+    poses), fake_result (what a node of the grader publishes), fake_clock; of several robots
+    spawn_model, delete_model.
     """
 
     t: float
@@ -118,6 +119,13 @@ class Destination(NamedTuple):
     text: str = ''  # why
 
 
+class Driven(NamedTuple):
+    """Of one of several robots: where it was, and the commands that it got."""
+
+    track: List[Sample]
+    commands: List[Command]
+
+
 def computed(order: int) -> int:
     """Return how many numbers a server computes for a goal of this order, each with a message of feedback."""
     return order - 1
@@ -138,6 +146,7 @@ class Observed:
     parameters: Dict[str, Any] = field(default_factory=dict)  # {name: last value} of those in checks
     transforms: List[Transform] = field(default_factory=list)
     turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those in checks
+    robots: Dict[str, Driven] = field(default_factory=dict)  # by name; of the first, the lists above, too
     sensed: List[Sensed] = field(default_factory=list)
     goals: List[Goal] = field(default_factory=list)
     plan: FloorPlan = EMPTY  # what truly stands around the robot
@@ -154,6 +163,19 @@ class Observed:
     ended_at: Optional[float] = None  # since start
     trouble: str = ''  # why it could not run: not executable, a syntax error, an exception, ...
     kept_up: bool = True  # whether simulator and program were fast enough
+
+    def add_robots(self, names: Iterable[str]) -> None:
+        """Add robots that have done nothing yet, the first of which is the one of ``track`` and ``commands``."""
+        for name in names:
+            self.robots[name] = Driven([], []) if self.robots else Driven(self.track, self.commands)
+
+    def of_robot(self, name: str) -> 'Observed':
+        """Return what was observed with track and commands of one of several robots; '': the first one."""
+        return replace(self, **self.robots[name]._asdict()) if name else self
+
+    def all_stand(self) -> float:
+        """Return for how long [s] nothing has moved or turned at the end."""
+        return min([self.standstill(), *(self.of_robot(name).standstill() for name in self.robots)])
 
     def of_kind(self, *kinds: str) -> List[Event]:
         """Return the events of these kinds."""

@@ -36,6 +36,13 @@ def start(exercise: Exercise, seed: int) -> Dict[str, float]:
     return {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
 
 
+def robots(exercise: Exercise, seed: int) -> Dict[str, Dict[str, float]]:
+    """Return {name: {x, y, theta}} of the starts of several robots [m, m, rad]."""
+    numbers = random.Random(seed)
+    return {name: {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
+            for name, limits in exercise.robots.items()}
+
+
 def shifted(exercise: Exercise, seed: int) -> Exercise:
     """Return an exercise whose world, and the points that its checks ask for, are shifted as the seed says."""
     if not exercise.shift:

@@ -55,7 +55,7 @@ def markdown(section: str) -> str:
 def text() -> str:
     """Return everything for a terminal."""
     parts = ['An exercise file is YAML. These are its keys:', _table(KEYS),
-             'start: {...} may have', _table(START), 'shift: {...} may have', _table(SHIFT),
+             'start: {...}, and each of robots, may have', _table(START), 'shift: {...} may have', _table(SHIFT),
              'odometry: {...} may have', _table(ODOMETRY),
              'Each entry of checks is {check: NAME, ...} with the parameters of the check and', _table(OF_A_CHECK)]
     for section, (_, entries) in SECTIONS.items():

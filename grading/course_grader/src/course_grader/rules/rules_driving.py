@@ -1,4 +1,5 @@
 """The rules about driving and drawing; see judging.py for their form."""
+import itertools
 import math
 import statistics
 from types import SimpleNamespace
@@ -26,6 +27,9 @@ class ScoredRule(Protocol):
 
     @property
     def parameters(self) -> Dict[str, Any]: ...  # noqa: D102
+
+    @property
+    def robot(self) -> str: ...  # noqa: D102
 
 
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
@@ -146,6 +150,21 @@ def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(counted(passed, len(points)), asked, seen)
 
 
+def apart(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """No two of several robots come closer to each other than a distance."""
+    asked = f'{" and ".join(observed.robots)} stay at least {wanted.distance:g} m apart'
+    places = {name: {sample.t: (sample.x, sample.y) for sample in driven.track}
+              for name, driven in observed.robots.items()}
+    nearest = min(((math.dist(places[one][t], places[other][t]), t, one, other)
+                   for one, other in itertools.combinations(places, 2) for t in places[one] if t in places[other]),
+                  default=None)
+    if nearest is None:
+        return Result(0.0, asked, 'they were not observed at the same time')
+    distance, t, one, other = nearest
+    return Result(1.0 if distance >= wanted.distance else 0.0, asked,
+                  f'{one} and {other} come as near as {distance:.2f} m, after {t - observed.start:.1f} s')
+
+
 def repeats(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It drives again what the grader drove before its first command, from where that ended."""
     asked = f'the path that the grader drove, once more, within {wanted.tolerance:g} m'
@@ -202,13 +221,13 @@ def counted_parts(rules: Sequence[ScoredRule], observed: Observed) -> List[Float
     """Return the parts of the path, or points, that counted, each of shape (n, 2) [m]."""
     parts: List[Floats] = []
     for rule in rules:
-        wanted = SimpleNamespace(**rule.parameters)
+        wanted, seen = SimpleNamespace(**rule.parameters), observed.of_robot(rule.robot)
         if rule.name == 'draws':
-            parts += traces(observed, wanted)
+            parts += traces(seen, wanted)
         elif rule.name == 'positions':
-            parts += [np.array([position[:2]]) for position in _visited(observed, wanted)[1]]
-        elif rule.name == 'stops' and stops(observed, wanted).share > MISSED:
-            parts.append(np.array([observed.track[-1][1:3]]))
+            parts += [np.array([position[:2]]) for position in _visited(seen, wanted)[1]]
+        elif rule.name == 'stops' and stops(seen, wanted).share > MISSED:
+            parts.append(np.array([seen.track[-1][1:3]]))
     return parts
 
 

@@ -54,7 +54,9 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
     """Return the Verdict. A program that could not run, or took a shortcut, scores 0."""
     reasons, missing = [], []
     for scored in exercise.rules:
-        result = registry.judge(scored.name, observed, scored.parameters)
+        result = registry.judge(scored.name, observed.of_robot(scored.robot), scored.parameters)
+        if scored.robot:
+            result = result._replace(asked=f'{scored.robot}: {result.asked}')
         share = 1.0 if result.share >= FULL else max(0.0, result.share)
         reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen,
                               scored.visible))

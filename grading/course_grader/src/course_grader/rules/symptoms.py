@@ -28,6 +28,7 @@ SHORTCUT_HINTS = {  # kind of a shortcut: advice
     'teleport_relative': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
     'fake_pose': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
     'fake_result': 'leave {0} to the node of the grader that publishes it: use rospy.Subscriber to receive it',
+    **dict.fromkeys(('spawn_model', 'delete_model'), 'leave the world as it is: do not call the services of /gazebo'),
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
 MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves
@@ -95,6 +96,8 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
     if CRASHED.search(observed.trouble):
         found = found or [*_unknown_failure(observed.trouble)]
     elif not found:  # otherwise the observations are only its effect
+        if exercise.robots:  # what one of them does says nothing about the others
+            return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))]
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),

@@ -11,10 +11,10 @@ from kinematic_core.worlds.frames import ahead
 from kinematic_core.worlds.omni import UNLIMITED
 from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance
 from kinematic_core.worlds.rays import RayCaster
-from kinematic_core.worlds.robot_world import RobotWorld
+from kinematic_core.worlds.robot_world import GAZEBO_DT, RobotWorld
 from plain_support import InvalidInput
 
-DT = 0.01  # [s] a step: 100 Hz is the default of Gazebo's plugins, and divides most rates
+DT = GAZEBO_DT
 
 
 class Vehicle:

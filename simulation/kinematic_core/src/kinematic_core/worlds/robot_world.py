@@ -24,6 +24,7 @@ from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance
 from plain_support import InvalidInput, require_sane
 
 DT = 1.0 / 120.0  # [s] a step: odometry and camera (30 Hz) are due every fourth, the scanner (40 Hz) every third
+GAZEBO_DT = 0.01  # [s] a step of gazebo_ros: 100 Hz is the default of Gazebo's plugins, and divides most rates
 WATCHDOG = 0.5  # [s] without a command after which the robot stops
 SCAN_NOISE = 0.01  # [m] standard deviation of each range of its laser scanner (rays.py)
 ROBOT_RADIUS = 0.18  # [m]
