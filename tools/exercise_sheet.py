@@ -18,8 +18,8 @@ HEAD = '''\
 # Exercise sheet
 
 The exercises of [the course](course.md), for students. Hand in one file for each exercise, with the name of the
-exercise: a Python program `NAME.py`, a launch file `NAME.launch`, or an executable script of commands `NAME.bash`.
-Other files that it needs lie beside it, or in the same package.
+exercise: a Python program `NAME.py`, a launch file `NAME.launch`, an executable script of commands `NAME.bash`, or
+one command `NAME.cmd`. Other files that it needs lie beside it, or in the same package.
 
 Grade your program before you hand it in: type the command in the folder of this repository. It starts everything that
 is needed, and says how many of 100 points you get, and why. Each grading starts elsewhere and uses other numbers, so a
@@ -63,7 +63,7 @@ def _section(step):
     for name in names:
         loaded = exercise.load(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml')
         text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))
-        file = f'{name}.launch' if f'{name}.launch' in loaded.asks else f'{name}.py'
+        file = next((file for file in (f'{name}.launch', f'{name}.cmd') if file in loaded.asks), f'{name}.py')
         parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{file}**. To grade it:\n\n'
                      f'```\n./run grade {name} -- FOLDER/{file}\n```\n')
     return ''.join(parts)

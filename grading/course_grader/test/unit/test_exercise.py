@@ -160,6 +160,15 @@ MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
     ({'simulator': 'robotont', 'checks': [{'check': 'maps', 'points': 100}]}, 'check 1 (maps) needs a world'),
     ({**MAZE, 'checks': [{'check': 'navigates', 'goals': [['1 m', '2 m']], 'points': 100}]},
      "check 1 (navigates): goals: ['1 m', '2 m'] must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]"),
+    ({**MAZE, 'beside': ['amcl'], 'parameters': {'/move_base/controller_frequency': 5.0}},
+     "parameters has '/move_base/controller_frequency'; it must begin with the name of a node in beside, such as "
+     "/amcl/"),
+    ({**MAZE, 'stimuli': [{'do': 'move', 'after': '5 s', 'panel': 'wall1', 'to': ['1 m', '2 m', '0 deg']}]},
+     "stimulus 1 (move): there is no panel 'wall1' in the world"),
+    ({**MAZE, 'stimuli': [{'do': 'move', 'after': '5 s', 'panel': 'wall1', 'to': ['1 m', '2 m']}]},
+     "stimulus 1 (move): to: ['1 m', '2 m'] must be [x, y, heading]"),
+    ({**MAZE, 'beside': ['amcl'], 'stimuli': [{'do': 'destinations', 'goals': [['1 m', '2 m', '0 deg']]}]},
+     'stimulus 1 (destinations) needs move_base in beside'),
     ({'simulator': 'turtlsim'},
      "the exercise: simulator: 'turtlsim' must be one of turtlesim, robotont. Did you mean turtlesim?"),
 ])

@@ -6,7 +6,7 @@ import pytest
 
 from course_grader.rules import registry
 from course_grader.rules.observation import Destination, Observed, Sample
-from kinematic_core.worlds.floor_plan import Box, FloorPlan
+from kinematic_core.worlds.floor_plan import Box, FloorPlan, Panel
 from kinematic_core.worlds.frames import LIDAR_Z
 from kinematic_core.worlds.robot_world import DT, ROBOT_RADIUS
 from navigation_core.maps.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -55,6 +55,15 @@ def test_poses_that_are_reached_one_after_the_other_count():
 def test_what_is_missed_loses_more_than_half(corners, how, said):
     result = judged('navigates', driven(*corners, **how), **GOALS)
     assert result.share < 0.5 and said in result.seen, result.seen
+
+
+def test_a_panel_is_touched_only_where_it_is_at_that_time():
+    panel = Panel('board', 1, -1.0, 0.0, 0.0, 0.4)  # on the way; the robot is there after 3 s
+    for moved, touches in ((1.0, 0), (6.0, 1)):
+        observed = driven(*AROUND)
+        observed.plan = ROOM._replace(panels=(panel,))
+        observed.moved.append((moved, observed.plan.with_panel('board', -1.5, 1.5, 0.0)))
+        assert (f'touches something {touches} times' in judged('navigates', observed, **GOALS).seen) == bool(touches)
 
 
 def test_what_move_base_says_of_a_goal_is_told():

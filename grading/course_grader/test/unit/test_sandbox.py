@@ -262,13 +262,25 @@ def test_a_command_that_linux_cannot_start_is_refused(argument, said):
     (['roslaunch', 'a.launch', 'x:=1'], ['roslaunch', '--screen', '{}/a.launch', 'x:=1']),
     (['roslaunch', 'package', 'a.launch'], ['roslaunch', '--screen', 'package', 'a.launch']),
     (['rosrun', 'package', 'a.py'], ['rosrun', 'package', 'a.py']),
+    (['rosrun', 'dynamic_reconfigure', 'a.py', 'load', '/node', 'a.sh'],
+     ['rosrun', 'dynamic_reconfigure', 'a.py', 'load', '/node', '{}/a.sh']),
+    (['rosrun', '--debug', 'a.sh', 'a.py', 'a.sh'], ['rosrun', '--debug', 'a.sh', 'a.py', '{}/a.sh']),
+    (['a.cmd'], ['rosrun', 'package', 'node', '{}/a.sh']),
 ])
 def test_files_are_meant_where_they_were_typed(tmp_path, monkeypatch, command, started):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox.shutil, 'which', lambda name: f'/usr/bin/{name}')
     for name in ('a.py', 'a.sh', 'a.launch'):
         write(tmp_path, '', name)
+    write(tmp_path, '# how it starts\nrosrun package node a.sh\n', 'a.cmd')
     assert sandbox.runnable(command)[0] == [part.replace('{}', str(tmp_path)) for part in started]
+
+
+@pytest.mark.parametrize('text, said', [('a.cmd', 'a.cmd'), ('', 'it contains 0 command lines'),
+                                        ('b "', 'No closing quotation'), ('python3 a.cmd', 'a.cmd')])
+def test_a_command_file_without_a_command(tmp_path, text, said):
+    with pytest.raises(sandbox.CommandError, match=said):
+        sandbox.runnable([write(tmp_path, text, 'a.cmd')])
 
 
 def test_the_package_of_a_file(tmp_path):

@@ -1,5 +1,6 @@
 """course_grader.attempt.simulator_link: what is true in a simulator comes by a connection of the grader's own."""
 import json
+import queue
 import socket
 import threading
 
@@ -96,3 +97,11 @@ def test_the_robot_is_carried_and_the_nodes_get_the_time_less_often(simulator):
     simulator.link.tell_time(12)
     simulator.link.carry(1.0, -2.0, 0.5)
     assert [simulator.received() for _ in range(2)] == [{'every': 12}, {'carry': [1.0, -2.0, 0.5]}]
+
+
+def test_it_says_when_a_panel_is_moved(simulator):
+    told = queue.SimpleQueue()
+    simulator.link.move('board', 1.0, -2.0, 0.5, told.put)
+    assert simulator.received() == {'move': ['board', 1.0, -2.0, 0.5]}
+    simulator.send(moved='board', steps=7)
+    assert told.get(timeout=10.0) == simulator.link.time_after(7).to_sec()

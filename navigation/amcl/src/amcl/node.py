@@ -194,16 +194,16 @@ class LocalisationNode:
             step = self._last.step_to(odometry) if self._last else Pose()
             if self._forced or math.hypot(step.x, step.y) > self._value['update_min_d'] \
                     or abs(step.yaw) > self._value['update_min_a']:
+                told = None if self._last else self._filter.estimate()  # as the original: a robot that stands stays so
                 self._forced, self._last = False, odometry
                 self._filter.update(step, scan)
-                self._publish(odometry, stamp)
+                self._publish(told or self._filter.estimate(), odometry, stamp)
             if self._value['tf_broadcast'] and self._odometry_in_map:
                 self._transforms.sendTransform(to_transform(
                     self._odometry_in_map, self._frame, self._value['odom_frame_id'],
                     stamp + rospy.Duration(self._value['transform_tolerance'])))
 
-    def _publish(self, odometry, stamp):
-        found = self._filter.estimate()
+    def _publish(self, found, odometry, stamp):
         self._odometry_in_map = found.pose.then(odometry.inverse())
         self._start = found.pose, found.covariance  # where the next map starts
         message = PoseWithCovarianceStamped()

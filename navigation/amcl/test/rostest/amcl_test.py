@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap, SetMap
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 
 from navigation_core.poses import Pose
@@ -37,6 +38,11 @@ class AmclTest(RobotontCase):
         """Return the error [m] of the last pose of a robot that only turns."""
         found, (x, y, _) = to_pose(self.poses.messages[-1].pose.pose), self.truth()
         return math.hypot(found.x - x, found.y - y)
+
+    def next_scans(self, number):
+        """Wait until so many scans have come."""
+        scans = self.collected('scan', LaserScan)
+        until(lambda: len(scans.messages) >= number, f'{number} scans')
 
     def told(self, pose):
         """Tell it a pose, and return once that has arrived."""
@@ -68,6 +74,20 @@ class AmclTest(RobotontCase):
         until(lambda: math.hypot(self.truth()[0] - 2.0, self.truth()[1] + 2.0) < 0.01, 'the robot elsewhere')
         proxy('global_localization', Empty)()
         self.drive_until(lambda: self.off() < NEAR, lambda: f'the right pose: {self.off()}', 0.0, 0.0, 0.8)
+
+    def test_a_robot_that_stands_is_not_found(self):
+        """As with the original: scans count once the robot has moved by update_min_d or update_min_a."""
+        x, y, yaw = self.truth()
+        self.told(Pose(x + 0.3, y, yaw))
+        start = len(self.poses.messages)
+        proxy('global_localization', Empty)()
+        until(lambda: len(self.poses.messages) > start, 'a pose after global_localization')
+        self.assertGreater(self.poses.messages[-1].pose.covariance[0], 0.25)  # m^2
+        self.told(Pose(x + 0.3, y, yaw))
+        start = len(self.poses.messages)
+        self.next_scans(5)
+        self.assertEqual(start, len(self.poses.messages))
+        self.assertAlmostEqual(0.3, self.off(), delta=0.05)
 
     def test_a_robot_that_stands_is_updated_on_request(self):
         self.told(Pose(*self.truth()))

@@ -58,6 +58,15 @@ def test_a_robot_anywhere_is_found():
     assert errors_of(lost, [START.then(Pose(0.02 * step, 0.0, 0.2 * step)) for step in range(6)])[-1] < 0.15  # [m]
 
 
+def test_the_first_scan_does_not_find_a_robot_that_may_be_anywhere():
+    """Random poses that fit the scan were searched for at once, so that a robot was found although it stood."""
+    lost = ParticleFilter(MEASURED, Settings(max_particles=500, motion='omni-corrected'), SensorModel(), 2)
+    for _ in range(2):
+        lost.spread()
+        lost.update(Pose(), scan_at(START, np.random.default_rng(3)))
+        assert lost.particles[:, :2].std(axis=0).min() > 0.5  # [m]; the room is 4 m x 3 m
+
+
 @pytest.mark.parametrize('model', motion.MODELS)
 def test_particles_move_as_the_odometry_on_average(model):
     random = np.random.default_rng(0)

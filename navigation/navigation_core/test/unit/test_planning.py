@@ -186,6 +186,12 @@ def test_goals_are_reached_within_the_limits(sideways, heading):
         assert not velocities[:, 1].any()
 
 
+def test_a_robot_turns_no_further_than_the_tolerance_asks():
+    planner = LocalPlanner(Settings(acc_lim_theta=2.0, yaw_goal_tolerance=1.0), Footprint.disc(0.15), 0.1)
+    pose, _ = driven(costmap(ROOM), planner, Pose(0.25, 0.25, 0.0), np.array([[0.25, 0.25], [0.26, 0.25]]), 3.0)
+    assert planner.reached and 2.0 <= pose.yaw < 2.5
+
+
 def test_robot_stands_before_an_obstacle_on_its_path():
     grid = costmap(['....................'] * 20)
     grid.seen[:, 10] = LETHAL

@@ -4,6 +4,7 @@ Threading contract: the main thread steps: it answers all services that were cal
 and publishes. Messages on cmd_vel arrive in rospy's threads, which change the world under the lock of ``_shared``. The
 camera is a separate node (camera_node.py), because images would delay the steps.
 """
+import contextlib
 import os
 
 import rospkg
@@ -66,10 +67,11 @@ class RobotontNode:
 
         ``connection``: a socket for a ParentLink.
         """
-        self._parent = ParentLink(connection, carry=self._carry) if connection else None
+        self._parent = ParentLink(connection, carry=self._carry, move=self._move_when_free) if connection else None
         self._clock = SimulatorClock(DT, self._parent)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._warned_of_watchdog = rospy.Time(), False
+        self._moves = []  # (name of a panel, Pose2D) that the parent wants
         model, prefix = PARAMETERS.read('~model', '~frame_prefix')
         self._frames = frames(prefix)
         numbers = seeded_random()
@@ -109,6 +111,7 @@ class RobotontNode:
         with self._shared.lock:
             world = self._world
             world.step()
+            self._make_moves()
             self._shared.record_step(world.pose)
             if self._parent:
                 self._parent.moved(world.steps, {models.ROBOT: world.pose})
@@ -179,6 +182,19 @@ class RobotontNode:
             if free is not None:
                 self._world.carry(*free, yaw)
                 self._shared.note('teleport_absolute', *free, yaw, request=recording.PARENT)
+
+    def _move_when_free(self, name, *pose):
+        """Move a panel to a pose in the next step in which the robot is not there."""
+        with self._shared.lock:
+            self._moves.append((name, Pose2D(*pose)))
+
+    def _make_moves(self):
+        for move in list(self._moves):
+            with contextlib.suppress(InvalidInput):  # the robot is there
+                models.put(self._world, *move)
+                self._moves.remove(move)
+                self._publish_plan()
+                self._parent.panel_moved(self._world.steps, move[0])
 
     def _put(self, name, pose, request):
         """Put a model at a Pose2D; the caller must hold the lock."""

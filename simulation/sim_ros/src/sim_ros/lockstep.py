@@ -70,17 +70,20 @@ class Lockstep:
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout, longest = (self._step,) * 2 if self.busy else (self._timeout, STARVED * self._timeout)
-        settling, before, began = _Settling(), None, None
+        settling, ran, began = _Settling(), None, None
         self.starved = False
         while not rospy.is_shutdown():
-            runs, now = self._run_times(), timer.elapsed()
+            self._update_followers()
+            before, ran, runs = ran, self._ran(), None
+            if before is None or self._same(before, ran):  # otherwise, one has worked: spare the checks of its threads
+                runs = self._run_times(ran)
+            now = timer.elapsed()
             settling.observe(runs, now)
             # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
             if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
                     return True
-                runs = None  # the request has woken the master
-            before = runs
+                ran = None  # the request has woken the master
             if began is None and now >= NOTICED:
                 began = self._ran()
             if now >= timeout:
@@ -113,12 +116,11 @@ class Lockstep:
         followers = [threads for _, threads in self._followers.values()]
         return [*filter(None, (*followers, self._own, self._parent, self._master))]
 
-    def _run_times(self):
-        """Return {process: run time [ns]} if all are idle; None if one is busy or has just ended."""
-        self._update_followers()
+    def _run_times(self, before):
+        """Return {process: run time [ns]} if all are idle; None if one is busy, has just ended or run since ``before``.
+        """
         processes = self._processes()
         try:
-            before = {process: process.ran() for process in processes}
             if not all(process.sleeps() for process in processes):
                 return None
             after = {process: process.ran() for process in processes}

@@ -13,9 +13,11 @@ Each message is a line of JSON. The parent sends::
     {"every": N}           publish the time, and wait for the nodes, in every N-th step only
     {"drive": [V, W]}      a velocity command [m/s, rad/s]
     {"carry": [X, Y, THETA]}   the vehicle is carried there [m, m, rad]
+    {"move": [NAME, X, Y, THETA]}   a panel is moved there, as soon as no vehicle is in the way
 
 and the simulator ``{"ready": true}`` before its first step, ``{"poses": {NAME: [X, Y, THETA]}, "steps": N}`` when the
-vehicles have moved in step N, and ``{"steps": N, "late": N, "busy": NAMES}`` at the end of the step: see ClockStatus.
+vehicles have moved in step N, ``{"moved": NAME, "steps": N}`` when a panel has been moved in it, and ``{"steps": N,
+"late": N, "busy": NAMES}`` at the end of the step: see ClockStatus.
 
 Threading contract: one thread receives, another one waits for requested steps; any thread may send.
 """
@@ -29,12 +31,13 @@ LONGEST = 60.0  # [s] of one wait for requested steps, which is repeated
 class ParentLink:
     """The simulator's end of the connection."""
 
-    def __init__(self, connection, drive=None, carry=None):
+    def __init__(self, connection, drive=None, carry=None, move=None):
         """``connection``: a socket.
 
-        ``drive(linear, angular)`` takes commands, and ``carry(x, y, theta)`` poses, if the simulator can do that.
+        ``drive(linear, angular)`` takes commands, ``carry(x, y, theta)`` poses, and ``move(name, x, y, theta)`` those
+        of a panel, if the simulator can do that.
         """
-        self._connection, self._drive, self._carry = connection, drive, carry
+        self._connection, self._drive, self._carry, self._move = connection, drive, carry, move
         self._sending = threading.Lock()
         self._requests = queue.SimpleQueue()
         self._watched, self._reacts = {}, False
@@ -53,6 +56,10 @@ class ParentLink:
         if due:
             self._send(steps=steps, poses=due)
         self.answers = bool(due) and self._reacts
+
+    def panel_moved(self, steps, name):
+        """Send that a panel has been moved after ``steps``."""
+        self._send(moved=name, steps=steps)
 
     def stepped(self, steps, late, busy):
         """Send that a step is over; ``late`` and ``busy`` as in ClockStatus, but no name if the nodes got no core."""
@@ -79,6 +86,8 @@ class ParentLink:
                     self.every = message['every']
                 elif 'carry' in message and self._carry:
                     self._carry(*message['carry'])
+                elif 'move' in message and self._move:
+                    self._move(*message['move'])
                 elif 'drive' in message and self._drive:
                     self._drive(*message['drive'])
 

@@ -116,7 +116,7 @@ def test_a_step_waits_for_every_node_and_for_the_simulator_itself(scene):
 
 def test_no_node_may_run_while_all_are_looked_at(scene, monkeypatch):
     node = scene.node('/one')
-    counts = iter([1, 2, 3, 3])
+    counts = iter([1, 2, 3, 3, 3])  # before and after the first check; it has run before the second
     monkeypatch.setattr(node, 'ran', lambda: next(counts))
     assert scene.wait()[0]
     assert next(counts, None) is None
@@ -133,7 +133,7 @@ def test_on_a_busy_machine_two_looks_must_see_the_same(scene, monkeypatch, busy,
 
 def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
     node = scene.node('/one')
-    runs = iter([1, 1, 2, 2, 2, 2])  # before and after each look: it has run between the first two
+    runs = iter([1, 1, 2, 2, 2])  # before and after the first look; it has run before the second
     monkeypatch.setattr(node, 'ran', lambda: next(runs))
     scene.machine_is_busy = True
     assert scene.wait()[0]
@@ -141,10 +141,20 @@ def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
 
 
 def test_the_simulator_may_not_run_while_all_are_looked_at(scene, monkeypatch):
-    counts = iter([1, 2, 3, 3])
+    counts = iter([1, 2, 3, 3, 3])  # before and after the first check; it has run before the second
     monkeypatch.setattr(scene.own, 'ran', lambda: next(counts))
     assert scene.wait()[0]
     assert next(counts, None) is None
+
+
+def test_the_threads_of_processes_that_still_work_are_not_looked_at(scene, monkeypatch):
+    """To look at 50 threads of five nodes took 0.3 ms, eight times in a wait."""
+    node, looks = scene.node('/one'), []
+    end = scene.wall.now + 0.1
+    monkeypatch.setattr(node, 'ran', lambda: int(1e9 * min(scene.wall.now, end)))
+    monkeypatch.setattr(node, 'sleeps', lambda: looks.append(0) or scene.wall.now >= end)
+    assert scene.wait()[0]
+    assert len(looks) == 2
 
 
 JOINED = [['/turtle1/cmd_vel', ['/one']]]

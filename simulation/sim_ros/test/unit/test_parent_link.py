@@ -13,11 +13,11 @@ from sim_ros.parent_link import ParentLink
 class Parent:
     """The other end of a ParentLink, and a simulator that makes the steps of its Pacer."""
 
-    def __init__(self, drive=None, carry=None):
+    def __init__(self, **takes):
         self.connection, its = socket.socketpair()
         self.connection.settimeout(10.0)
         self.lines = self.connection.makefile('rb')
-        self.link, self.pacer = ParentLink(its, drive, carry), Pacer(0.016, paused=True)
+        self.link, self.pacer = ParentLink(its, **takes), Pacer(0.016, paused=True)
         self.link.serve(self.pacer)
         threading.Thread(target=self.run, daemon=True).start()
 
@@ -74,13 +74,15 @@ def wait_for(condition):
         time.sleep(0.001)
 
 
-def test_commands_and_carries_go_to_the_vehicle():
-    driven, carried = [], []
-    parent = Parent(lambda *velocities: driven.append(velocities), lambda *pose: carried.append(pose))
+def test_commands_carries_and_moves_go_to_the_simulator():
+    driven, carried, moved = [], [], []
+    parent = Parent(drive=lambda *velocities: driven.append(velocities), carry=lambda *pose: carried.append(pose),
+                    move=lambda *panel: moved.append(panel))
     parent.send(drive=[1.5, -0.5])
     parent.send(carry=[1.0, 2.0, 0.5])
-    wait_for(lambda: carried)
-    assert (driven, carried) == ([(1.5, -0.5)], [(1.0, 2.0, 0.5)])
+    parent.send(move=['board', 3.0, 4.0, 0.0])
+    wait_for(lambda: moved)
+    assert (driven, carried, moved) == ([(1.5, -0.5)], [(1.0, 2.0, 0.5)], [('board', 3.0, 4.0, 0.0)])
 
 
 def test_a_simulator_that_cannot_carry_goes_on(parent):

@@ -48,7 +48,7 @@ def start(exercise, start_pose, folder, log_folder, master):
     path = os.path.join(folder, f'{MAP}.yaml')
     if 'map_server' in modules:
         _write_map(exercise, folder)
-    for name, value in {**_parameters(path, pose), **FOR_A_GRADING}.items():
+    for name, value in {**_parameters(path, pose), **FOR_A_GRADING, **exercise.parameters}.items():
         if name.split('/')[1] in modules:
             master.setParam(name, value)
     arguments = {'map_server': [path]}

@@ -13,6 +13,7 @@ import re
 import signal
 import socket
 import sys
+import threading
 import time
 
 import rosgraph.xmlrpc
@@ -28,8 +29,7 @@ SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node',
 for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
-MASTER_DELAY = 0.01  # [s] until the master notifies nodes of a new publisher; by default up to 0.1
-lockstep.master_poll = MASTER_DELAY  # also in the simulators, which are forked from here
+lockstep.master_poll = 0.0  # of WakingPool; also in the simulators, which are forked from here
 MASTER_POLL = 0.1  # [s] between two checks whether a call has shut the master down
 REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 
@@ -52,6 +52,35 @@ class Forked:
         """Wait at most ``timeout`` [s] for its end; return its exit code or None."""
         self.process.join(timeout)
         return self.process.exitcode
+
+
+class WakingPool(rosmaster.threadpool.MarkedThreadPool):
+    """Threads of a master that notify nodes at once; rosmaster's poll for that, which delays and costs time."""
+
+    def __init__(self, threads):
+        self._changed = threading.Condition()
+        super().__init__(threads)
+
+    def queue_task(self, *task):
+        """Add a task, and wake a thread for it."""
+        with self._changed:
+            self._changed.notify_all()
+            return super().queue_task(*task)
+
+    def remove_marker(self, marker):
+        """Allow the next task of the same node, and wake a thread for it."""
+        with self._changed:
+            super().remove_marker(marker)
+            self._changed.notify_all()
+
+    def get_next_task(self):
+        """Wait for a task and return it."""
+        with self._changed:
+            while True:
+                task = super().get_next_task()
+                if task[1] is not None:
+                    return task
+                self._changed.wait()
 
 
 def start_master(log, timeout, admits):
@@ -97,7 +126,7 @@ def _run_master(sender, admits):
     logger = logging.getLogger('rosmaster.master')
     logger.setLevel(logging.INFO)
     logger.addHandler(logging.StreamHandler(sys.stdout))
-    rosmaster.threadpool.ThreadPoolThread.threadSleepTime = MASTER_DELAY
+    rosmaster.threadpool.MarkedThreadPool = WakingPool
     rosgraph.xmlrpc.ThreadingXMLRPCServer.verify_request = lambda _server, connection, _address: admits(connection)
     master = rosmaster.master.Master(0)  # any free port
     master.start()

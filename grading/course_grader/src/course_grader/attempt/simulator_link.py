@@ -2,8 +2,8 @@
 
 Time and the poses of vehicles come through it, and nothing that a program publishes is mixed with them.
 
-Threads: one receives and calls the listeners; ``step`` is called in the main thread, ``drive``, ``carry``
-and ``watch`` in any.
+Threads: one receives and calls the listeners; ``step`` is called in the main thread, ``drive``, ``carry``,
+``move`` and ``watch`` in any.
 """
 import json
 import math
@@ -29,6 +29,7 @@ class SimulatorLink:
         self._made = 0  # calls of ``step`` that are answered
         self._closed = False
         self._listeners, self._watched, self._reacts = {}, {}, False  # by vehicle; every how many steps
+        self._moves = {}  # {panel: what to call once it is moved}
         self.ready = False  # whether the first step may be made
         self.late, self.busy = 0, ''  # of ClockStatus: steps that did not wait for the nodes, and whose fault it was
 
@@ -65,6 +66,12 @@ class SimulatorLink:
         """Carry the robot to a pose [m, m, rad]. Raise OSError if the simulator has ended."""
         self._send(carry=[x, y, theta])
 
+    def move(self, name, x, y, theta, done):
+        """Move a panel [m, m, rad]; call ``done(seconds)`` with the simulated time once it is there."""
+        with self._changed:
+            self._moves[name] = done
+        self._send(move=[name, x, y, theta])
+
     def watch(self, vehicle, listener, every=1, reacts=False):
         """Call ``listener(steps, (x, y, theta))`` in every ``every``-th step of a vehicle, in the receiving thread.
 
@@ -100,6 +107,8 @@ class SimulatorLink:
                 for every, listener in self._listeners[vehicle]:
                     if message['steps'] % every == 0:
                         listener(message['steps'], pose)
+        elif 'moved' in message:
+            self._moves[message['moved']](self.time_after(message['steps']).to_sec())
         elif 'steps' in message:
             self.late, self.busy = message['late'], message['busy']
             rospy_internals.set_time(self.time_after(message['steps']))

@@ -15,6 +15,9 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from actionlib_tutorials.msg import FibonacciAction, FibonacciActionFeedback, FibonacciGoal
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
+from geometry_msgs.msg import Point, Pose, PoseStamped
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from std_msgs.msg import Header
 
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import ANGLES, Call, Goal, Sensed, ShownMarkers, computed
@@ -44,6 +47,7 @@ class Stimuli:
     def __init__(self, exercise, seed, zero, observed, link):
         """``observed``: the Observed to which events are added; ``link``: the SimulatorLink."""
         self._zero, self._observed, self._link, self._world = zero, observed, link, exercise.world
+        self._time = exercise.time
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
@@ -139,6 +143,25 @@ class Stimuli:
         rospy.sleep(max(0.0, values['after'] - self._now()))
         self._link.carry(*poses[0])
         self._observed.carried.append(self._now() + self._observed.start)
+
+    def _move(self, values, _):
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        name, pose = values['panel'], values['to']
+
+        def moved(seconds):
+            plan = (self._observed.moved or [(0.0, self._observed.plan)])[-1][1].with_panel(name, *pose)
+            self._observed.moved.append((seconds - self._zero + self._observed.start, plan))
+        self._link.move(name, *pose, moved)
+
+    def _destinations(self, values, _):
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        client = actionlib.ActionClient('/move_base', MoveBaseAction)
+        if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
+            return
+        for x, y, heading in values['goals']:
+            pose = Pose(Point(x, y, 0.0), rotations.to_quaternion(0.0, 0.0, heading))
+            goal = client.send_goal(MoveBaseGoal(PoseStamped(Header(stamp=rospy.Time.now(), frame_id='map'), pose)))
+            self._wait_for_result(goal, self._time)
 
     def _markers(self, values, shows):
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)

@@ -20,8 +20,7 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 from course_grader.isolation import sandbox, student_files
 
-COMMAND = '.cmd'
-STARTERS = '.launch', COMMAND  # they start other programs; the last has priority
+STARTERS = '.launch', sandbox.COMMAND  # they start other programs; the last has priority
 TYPES = ('.py', *STARTERS)  # programs of any file mode
 EXERCISE_TYPES = ('.yaml', '.yml')
 ARCHIVES = ('.zip', '.tar', '.tgz', '.gz', '.xz', '.bz2', '.7z', '.rar')
@@ -198,24 +197,17 @@ def _choose(student: str, exercise: str, paths: List[str]) -> Submission:
                           f'there are {len(paths)} programs for one exercise ({names}): keep one, or let the best '
                           'one count with --best', program=program)
     try:
-        return Submission(student, exercise, _command(program, folder), folder, program=program)
+        return Submission(student, exercise, _command(program), folder, program=program)
     except (OSError, ValueError) as error:
         return Submission(student, exercise, (), folder, f'{paths[0]}: {error}', program=program)
 
 
-def _command(path: str, folder: str) -> Tuple[str, ...]:
+def _command(path: str) -> Tuple[str, ...]:
     if path.endswith('.launch'):
         return 'roslaunch', path
-    if not path.endswith(COMMAND):
+    if not path.endswith(sandbox.COMMAND):
         return (path,)
-    lines = [line.strip() for line in student_files.whole(path).decode().splitlines()
-             if line.strip() and not line.startswith('#')]
-    if len(lines) != 1:
-        raise ValueError(f'it contains {len(lines)} command lines; it must contain one')
-    sandbox.check_command(lines)
-    program, *arguments = shlex.split(lines[0])
-    beside = os.path.join(folder, program)
-    return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))
+    return tuple(sandbox.command_in(path))
 
 
 def _files(folder: str, too_deep: Callable[[str], object]) -> Iterator[str]:

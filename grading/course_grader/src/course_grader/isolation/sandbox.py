@@ -42,6 +42,7 @@ MAX_OUTPUT = 1_000_000  # characters of it; a pose printed 60 times a second for
 FIRST_LINE = 256  # [bytes] that Linux reads of a script's first line
 END_STAGES = processes.KILL  # at once: output after a request to end does not count
 FIND_PACKAGES = 'rosrun', 'roslaunch'  # programs that search the packages of a student
+COMMAND = '.cmd'  # ending of a file with one command line
 SHELL_ENDINGS = '.sh', '.bash'
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?([A-Z]+)\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # the prefix of a message that rospy logs
@@ -399,8 +400,17 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
 
     A Python file runs with this Python, whatever its mode, first line or line endings, and another script that is not
-    executable with its interpreter; the remarks say why rosrun could not run it.
+    executable with its interpreter; the remarks say why rosrun could not run it. A .cmd file stands for its line.
     """
+    if command and command[0].endswith(COMMAND) and os.path.isfile(command[0]):
+        try:
+            return _runnable(command_in(command[0]))
+        except (OSError, ValueError) as error:
+            raise CommandError(f'{command[0]}: {error}') from None
+    return _runnable(command)
+
+
+def _runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     if not command:
         raise MissingProgram('the command is missing; type: ./run grade EXERCISE -- COMMAND')
     check_command(command)
@@ -425,6 +435,19 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
         return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
     except student_files.UnreadableFile as error:
         raise CommandError(f'{program}: {error}') from None
+
+
+def command_in(path: str) -> List[str]:
+    """Return the command in a .cmd file, with the full paths of the files beside it; raise OSError or ValueError."""
+    lines = [line.strip() for line in student_files.whole(path).decode().splitlines()
+             if line.strip() and not line.startswith('#')]
+    if len(lines) != 1:
+        raise ValueError(f'it contains {len(lines)} command lines; it must contain one')
+    check_command(lines)
+    program, *arguments = shlex.split(lines[0])
+    folder = os.path.dirname(os.path.abspath(path))
+    beside = os.path.join(folder, program)
+    return [beside if os.path.isfile(beside) else program, *from_here(program, arguments, folder)]
 
 
 def interpreter_of(program: str) -> List[str]:
@@ -457,7 +480,7 @@ def _check_file(program: str) -> None:
 def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     """Return the same as runnable() for a program that is not a file here."""
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
-        return runnable(arguments)
+        return _runnable(arguments)
     if program in ('python', 'python3') and arguments and arguments[0].endswith('.py'):
         program = arguments[0]
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
@@ -480,14 +503,19 @@ def package_of(command: Sequence[str]) -> Optional[str]:
 def from_here(program: str, arguments: Sequence[str], folder: str = '.') -> List[str]:
     """Return the arguments for use in another folder: files in ``folder`` with their full paths.
 
-    The arguments of rosrun are names in a package; those of roslaunch, too, unless the first one is a file.
+    The first two arguments of rosrun are names, of a package and of its program; all of roslaunch's are names or
+    values, unless the first one is a file.
     """
     def there(argument: str) -> str:
         path = os.path.join(folder, argument)
         return os.path.abspath(path) if os.path.isfile(path) else argument
-    if program == 'rosrun' or (program == 'roslaunch' and arguments and there(arguments[0]) == arguments[0]):
+    if program == 'roslaunch' and arguments and there(arguments[0]) == arguments[0]:
         return list(arguments)
-    return [there(argument) for argument in arguments]
+    names = 0
+    if program == 'rosrun':
+        words = [place for place, argument in enumerate(arguments) if not argument.startswith('-')]
+        names = words[1] + 1 if len(words) > 1 else len(arguments)
+    return [*arguments[:names], *map(there, arguments[names:])]
 
 
 def _is_python(source: bytes) -> bool:

@@ -68,6 +68,13 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'after': Parameter('time', ..., 'when'),
         'x': Parameter('span length', ..., 'where to'), 'y': Parameter('span length', ..., 'where to'),
         'theta': Parameter('span angle', (0.0, 0.0), 'heading there')},
+    'move': {
+        'after': Parameter('time', ..., 'when'),
+        'panel': Parameter('text', ..., 'the name of a panel of the world'),
+        'to': Parameter('pose', ..., 'where to, `[x, y, heading]`')},
+    'destinations': {
+        'goals': Parameter('poses', ..., '`[[x, y, heading], ...]`, such as `[-2 m, 0.5 m, 90 deg]`'),
+        'after': Parameter('time or 0', 0.0, 'when they start')},
     'distances': {
         'for': Parameter('time', ..., 'how long the program is watched at least'),
         'topic': Parameter('name', '/scan_to_distance', 'where')},
@@ -85,6 +92,9 @@ MEANINGS = {  # of the stimuli
     'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
              'cancels the last goal after 1 s.',
     'carry': 'The grader carries the robot away, as somebody does who lifts it: its wheels do not turn.',
+    'move': 'The grader moves a panel of the world, which is an obstacle; if the robot stands there, as soon as it has '
+            'left.',
+    'destinations': 'The grader sends these goals to move_base, each after the result of the one before it.',
     'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
                  'as LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.',
     'tracker': 'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a '
@@ -106,6 +116,8 @@ KEYS: Parameters = {
                        '`like` names one whose shapes stand there, too'),
     'beside': Parameter('list', [], f'which of {", ".join(BESIDE)} run, too; the robot then has a laser scanner'),
     'odometry': Parameter('mapping', {}, 'errors of the odometry'),
+    'parameters': Parameter('mapping', {}, 'parameters of the nodes in `beside`, instead of those in their launch '
+                            'files: full name and value'),
     'localised': Parameter('boolean', False, 'whether amcl knows where the robot starts'),
     'unmapped': Parameter('list', [], 'names of what stands in the world, and not on the map of map_server'),
     'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
@@ -139,7 +151,7 @@ OF_A_SYMPTOM: Parameters = {
 }
 
 
-NEEDS = {'turtlesim': ('drive',), 'robotont': ('distances', 'tracker', 'carry')}  # simulator: stimuli
+NEEDS = {'turtlesim': ('drive',), 'robotont': ('distances', 'tracker', 'carry', 'move')}  # simulator: stimuli
 
 
 class ExerciseError(ValueError):
@@ -181,6 +193,7 @@ class Exercise(NamedTuple):
     shift: Dict[str, Span] = {}  # {axis: (low, high)} by which it is shifted
     beside: Tuple[str, ...] = ()  # nodes that run beside the simulator
     odometry: Dict[str, float] = {}  # noise [m], slip
+    parameters: Dict[str, Any] = {}  # {full name: value} of the nodes in beside
     localised: bool = False  # whether amcl knows the start
     unmapped: Tuple[str, ...] = ()  # names of shapes that are not on the map
     varies: bool = False  # whether it has values that differ from student to student
@@ -237,8 +250,8 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
                         [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
-                        odometry, values['localised'], tuple(values['unmapped']), bool(values['vary']),
-                        values['starts'], robots)
+                        odometry, values['parameters'], values['localised'], tuple(values['unmapped']),
+                        bool(values['vary']), values['starts'], robots)
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -305,6 +318,10 @@ def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
         yield 'beside has map_server and slam_gmapping; only one of them can publish the map'
     if 'map_server' in beside and not values.get('world'):
         yield 'map_server needs a world, of which it publishes the map'
+    nodes = tuple(f'/{name}/' for name in beside)
+    yield from (f'parameters has {shown(name)}; it must begin with the name of a node in beside, such as '
+                f'{(*nodes, "/move_base/")[0]}' for name in values.get('parameters', ())
+                if not str(name).startswith(nodes))
     world = values.get('world')
     lists = [world.get(kind) for kind in world_format.KINDS] if isinstance(world, dict) else []
     shapes = [str(shape.get('name')) for shapes in lists if isinstance(shapes, list) for shape in shapes
@@ -371,6 +388,10 @@ def _contradictions(made: Exercise) -> Iterator[str]:
         where, end = f'stimulus {number} ({what})', values.get('after', 0.0) + values.get('for', 0.0)
         if end > made.time or (what == 'call' and end >= made.time):
             yield f'{where} lasts until {end:g} s, longer than the time of the exercise, {made.time:g} s'
+        if what == 'move' and values['panel'] not in (names := [one['name'] for one in made.world.get('panels', ())]):
+            yield f'{where}: there is no panel {shown(values["panel"])} in the world{_meant(values["panel"], names)}'
+        if what == 'destinations' and 'move_base' not in made.beside:
+            yield f'{where} needs move_base in beside'
         for simulator, kinds in NEEDS.items():
             if what in kinds and made.simulator != simulator:
                 yield f'{where} needs simulator: {simulator}'
@@ -553,6 +574,7 @@ OTHERS: Dict[str, Callable[[Any], Any]] = {
     'value': _value,
     'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
     'colour': _colour,
+    'pose': _pose,
     'poses': lambda value: [_pose(entry) for entry in _plain(value, 'list')],
     'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],
     'coordinate': lambda value: quantity(value, 'length'),

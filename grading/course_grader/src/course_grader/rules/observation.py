@@ -153,6 +153,7 @@ class Observed:
     map: Optional[GridMap] = None  # the last one
     believed: List[Sample] = field(default_factory=list)  # where tf puts the robot in the frame map
     carried: List[float] = field(default_factory=list)  # when the grader carried the robot away
+    moved: List[Tuple[float, FloorPlan]] = field(default_factory=list)  # when the grader moved a panel, the new plan
     destinations: List[Destination] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
     source: str = ''  # of the Python programs

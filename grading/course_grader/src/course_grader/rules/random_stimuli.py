@@ -72,7 +72,7 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
         'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders, 'turns': _turns,
         'carry': _poses,
-        'distances': lambda values, numbers: [], 'tracker': lambda values, numbers: []}
+        **dict.fromkeys(('move', 'destinations', 'distances', 'tracker'), lambda values, numbers: [])}
     return [draws[what](values, numbers) for what, values in exercise.stimuli]
 
 

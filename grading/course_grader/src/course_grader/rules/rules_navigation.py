@@ -88,7 +88,7 @@ def navigates(observed: Observed, wanted: SimpleNamespace) -> Result:
     seen = [f'{len(reached)} of {len(wanted.goals)} reached']
     if len(reached) < len(wanted.goals):
         seen.append(_missed(observed, track, wanted, ends))
-    touches = _touches(observed.plan, track)
+    touches = _touches(observed, track)
     if touches:
         share, seen = min(share, MISSED), [*seen, f'it touches something {touches} times']
     detour: float = max(_detours(observed.plan, track, wanted, reached), default=1.0)
@@ -150,10 +150,14 @@ def _answers(destinations: List[Destination]) -> str:
             f'{failed.frame!r} is {failed.state}{why}')
 
 
-def _touches(plan: FloorPlan, track: Floats) -> int:
-    """Return how often the robot begins to touch an obstacle."""
-    obstacles = Obstacles(plan, ROBOT_RADIUS, ROBOT_HEIGHT)
-    touching = [obstacles.clearance(x, y) < TOUCHING for x, y in track[:, 1:3].tolist()]
+def _touches(observed: Observed, track: Floats) -> int:
+    """Return how often the robot begins to touch an obstacle, where it is at that time."""
+    touching: List[bool] = []
+    plans = [(-math.inf, observed.plan), *observed.moved]
+    for (begin, plan), end in zip(plans, [*(moved for moved, _ in plans[1:]), math.inf]):
+        obstacles = Obstacles(plan, ROBOT_RADIUS, ROBOT_HEIGHT)
+        inside = (track[:, 0] >= begin) & (track[:, 0] < end)
+        touching += [obstacles.clearance(x, y) < TOUCHING for x, y in track[inside, 1:3].tolist()]
     return sum(now and not before for before, now in zip([False, *touching], touching))
 
 

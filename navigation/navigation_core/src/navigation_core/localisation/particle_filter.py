@@ -49,9 +49,6 @@ class ParticleFilter:
         self.weights: Array = np.zeros(0)
         self._random = np.random.default_rng(seed)
         self._quantile = NormalDist().inv_cdf(settings.kld_probability)
-        self._slow = self._fast = 0.0
-        self._updates = 0
-        self._lost = False
         self.spread()
 
     def place(self, mean: Pose, covariance: Array) -> None:
@@ -67,8 +64,11 @@ class ParticleFilter:
         self._lost = True
 
     def update(self, step: Pose, scan: Scan) -> None:
-        """Take a scan, and the new pose of the odometry in the frame of the last scan's."""
-        if self._lost:  # poses that fit a scan help more than thousands of random ones
+        """Take a scan, and the new pose of the odometry in the frame of the last scan's.
+
+        The first scan after ``place`` or ``spread`` only gives weights: one view does not say where a robot is.
+        """
+        if self._lost and self._updates:  # poses that fit a scan help more than thousands of random ones
             self._set(self._anywhere_like(scan, self._settings.max_particles))
             self._lost = False
         self.particles = moved(self.particles, step, self._settings.alphas, self._settings.motion, self._random)
@@ -96,6 +96,7 @@ class ParticleFilter:
         self.particles = particles
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._slow = self._fast = 0.0
+        self._updates = 0
 
     def _anywhere(self, number: int) -> Array:
         free = self.measured.free[self._random.integers(0, len(self.measured.free), number)]

@@ -156,10 +156,10 @@ class LocalPlanner:
 
     def _turn_to(self, costmap: Costmap, pose: Pose, velocity: Velocity, heading: float) -> Choice:
         error = float(wrap(heading - pose.yaw))
-        if abs(error) <= self.settings.yaw_goal_tolerance and max(map(abs, velocity)) < 0.1:
-            self.reached = True
-            return Choice(Velocity())
-        return self.turn(costmap, pose, velocity, error)
+        if abs(error) > self.settings.yaw_goal_tolerance:
+            return self.turn(costmap, pose, velocity, error)
+        self.reached = max(map(abs, velocity)) < 0.1
+        return Choice(Velocity()) if self.reached else self.turn(costmap, pose, velocity, 0.0)
 
     def _follow(self, costmap: Costmap, pose: Pose, velocity: Velocity, path: Array) -> Choice:
         samples = self._samples(velocity, path, pose)

@@ -1,0 +1,1 @@
+rosrun dynamic_reconfigure dynparam load /move_base/TrajectoryPlannerROS values/tuned.yaml
