@@ -130,11 +130,10 @@ class LabTerminal(Terminal):
     """A terminal of JupyterLab, in ``folder``."""
 
     def __init__(self, lab, folder):
-        self._lab, self._raw, self._shown, self._typed_at = lab, '', '', 0
+        self._lab, self._raw, self._shown = lab, '', ''
         self._name = json.dumps(lab.browser.evaluate(OPEN_TERMINAL))
-        self._last_news = time.monotonic()
+        self._begin()
         self.wait_free(START)
-        self._typed_at = len(self._output)
         lab.browser.evaluate(FOCUS % self._name)
         lab.browser.driver.switch_to.active_element.send_keys(f'cd {folder}\n')
         lab.browser.until(lambda: f'cd {folder}\n' in self._output, 'the typed line', START)
@@ -144,7 +143,7 @@ class LabTerminal(Terminal):
     def _output(self):
         news = self._lab.browser.evaluate(RECEIVED % self._name)
         if news:
-            self._last_news = time.monotonic()
+            self._note_news()
             self._raw += news
             self._shown = ANSI.sub('', self._raw).replace(' \r', '').replace('\r', '')  # bash wraps lines by ' \r'
         return self._shown
@@ -157,7 +156,7 @@ class LabTerminal(Terminal):
     def send(self, text):
         """Send key presses as the terminal in the page does."""
         self._lab.browser.evaluate(SEND % (self._name, json.dumps(text.replace('\n', '\r'))))
-        self._last_news = time.monotonic()
+        self._note_news()
 
     def close(self, timeout):
         """End the program; return the list of programs that did not end. JupyterLab ends the shell."""

@@ -42,6 +42,13 @@ class Terminal:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
+    def _begin(self):
+        self._typed_at = 0
+        self._note_news()
+
+    def _note_news(self):
+        self._last_news = time.monotonic()
+
     def _read(self):
         decoder = codecs.getincrementaldecoder('utf-8')('replace')
         while True:
