@@ -11,7 +11,8 @@ An image passes these stages, each on all candidates at once:
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
-and measures markers again whose greys do not fit the drawing well. If the image is full of parallel stripes of light,
+and measures markers again whose greys do not fit the drawing well; with glare.GlareReader it removes the stripe that a
+lamp leaves across a marker. If the image is full of parallel stripes of light,
 it passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are curved,
 or whose corners do not lie in a plane, as a cylinder or two planes.
 """
@@ -204,7 +205,7 @@ class Detector:
             if striped:
                 found = best_of_overlapping(found + striped)
             more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found, self._ended)
-                    if not self._has_other_margin(image, each)]
+                    if not self._has_other_margin(each.image or image, each)]
             if more:
                 found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])

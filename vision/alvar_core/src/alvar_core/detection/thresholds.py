@@ -198,6 +198,15 @@ THIN_MARGIN_REACH, THIN_MARGIN_RIM = 0.15, 0.9  # cells read across the rim, sha
 WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
 AGAIN_FIT, AGAIN_THIN_FIT = 0.85, 0.75  # of the local contrasts of these: accepted; with a thin margin
 
+# -- A stripe of glare across a marker (glare.py)
+# Sensitivity, on photos of glare: greys from 225 on taken for saturated lose one of 16 markers, no greys four.
+SATURATED, MIN_SATURATED = 250, 0.003  # grey; share of the marker that is as bright
+MIN_GLARE_RIM, MAX_GLARE_READ = 0.6, 40  # share of the rim that is an edge: worth reading; candidates in one image
+MIN_GLARE_WHITE = 25.0  # light of white cells, less that of black
+MIN_GLARE, MAX_GLARE_ERROR = 0.5, 0.1  # of white: what the stripe adds somewhere; mean error of the border without it
+MIN_GLARE_ROOM, MIN_GLARE_SEEN = 0.35, 0.4  # of white: less is not told from black; share of a cell's samples
+MIN_GLARE_GAP, MAX_GLARE_MISFIT = 1.4, 0.6  # squared and summed over the cells: to the next word, of the best
+
 # -- Stripes of light and shadow (striped_light.py)
 # Sensitivity, on photos of shadows: none. Without stripes the share is below 0.6 in nine of ten images, the sum below
 # 5 diagonals.

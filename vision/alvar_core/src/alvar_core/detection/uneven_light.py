@@ -1,16 +1,18 @@
 """Find markers in uneven light: local contrast decides the code, the edges of the cells give the corners."""
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats
-from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
+from alvar_core.detection import broken_outlines, candidates, edge_alignment, glare, homography, thresholds
 from alvar_core.detection.acceptance import Ended, Shortfall, above, edges
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
+from alvar_core.detection.glare import GlareReader
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
@@ -22,7 +24,8 @@ class Found(NamedTuple):
     """A marker that was found.
 
     ``word``: index of its code word, ``fit`` and ``gap`` of that; ``corners`` (4, 2) [ideal px], their ``covariance``
-    (8, 8) [px^2]; ``thin``: the white margin is too narrow to measure the rim.
+    (8, 8) [px^2]; ``thin``: the white margin is too narrow to measure the rim; ``image``: that without glare, if the
+    marker was found there.
     """
 
     word: int
@@ -31,6 +34,7 @@ class Found(NamedTuple):
     corners: Floats
     covariance: Floats
     thin: bool
+    image: PreparedImage | None = None
 
     @property
     def surplus(self) -> float:
@@ -49,6 +53,7 @@ class UnevenLight:
         self._inner_edges = edges(black_cells(self.decoder.words, margin))
         self._points: dict[tuple[int, str], EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        self._glare_reader = GlareReader(margin)
         self._near, self._far = (self._rim_points(beyond) for beyond in (thresholds.RIM_NEAR, thresholds.RIM_FAR))
 
     @staticmethod
@@ -69,6 +74,11 @@ class UnevenLight:
         quads = quads[free_of(known, quads.mean(1))]
         if not len(quads):
             return []
+        found = self._by_contrast(image, quads, ended)
+        return found + self._in_glare(image, quads, found)
+
+    def _by_contrast(self, image: PreparedImage, quads: Floats, ended: list[Ended] | None) -> list[Found]:
+        """Return the markers among quads (N, 4, 2) [real px] that local contrasts show."""
         h = homography.from_square(quads, self.half)
         rim, _ = self.decoder.rim(image.smooth, h)
         likely = np.flatnonzero(rim > thresholds.MIN_LOCAL_RIM)
@@ -95,6 +105,23 @@ class UnevenLight:
             one = self.aligned(image, quads[m], int(match.word[m]), ended=ended)
             if one is not None:
                 found.append(one)
+        return found
+
+    def _in_glare(self, image: PreparedImage, quads: Floats, known: Sequence[Found]) -> list[Found]:
+        """Return the markers at quads (N, 4, 2) [real px], away from known ones, after a stripe of glare is removed."""
+        found: list[Found] = []
+        if not glare.may_be_there(image):
+            return found
+        shown = self.decoder.contrasts(image.smooth, homography.from_square(quads, self.half), self._far)
+        rim = (shown.reshape(len(quads), -1) > thresholds.MIN_LOCAL_CONTRAST).mean(1)
+        for quad in quads[glare.likely(rim)]:
+            if any(math.dist(each.corners.mean(0), quad.mean(0)) < thresholds.OVERLAP * np.ptp(quad, 0).max()
+                   for each in [*known, *found]):
+                continue
+            seen = self._glare_reader.read(image, quad)
+            one = self._aligned(seen.image, quad, seen.word, True) if seen is not None else None
+            if seen is not None and isinstance(one, Found):
+                found.append(one._replace(fit=seen.fit, gap=0.0, image=seen.image))
         return found
 
     def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False,

@@ -117,6 +117,13 @@ def test_markers_in_the_glare_of_a_lamp_are_exact():
     assert score.wrong == score.false == 0
 
 
+def test_markers_under_a_lamp_reflected_in_laminate_are_found_and_exact():
+    score = scored('laminate', 12)
+    assert score.recall >= 50 and np.median(score.corners()) < 0.15  # px
+    assert max(score.rotations(sure=True)) < 3.0  # degrees
+    assert score.wrong == score.false == 0
+
+
 def striped(angle, left=0.25):
     """Return an image of a dark disc behind stripes at an angle [rad], and their light."""
     y, x = np.mgrid[:240, :320].astype(float)
