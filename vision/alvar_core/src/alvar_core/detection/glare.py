@@ -128,7 +128,7 @@ class GlareReader:
         known = counts > thresholds.MIN_GLARE_SEEN * self._in_cell
         error = ((self._words - cells) ** 2 * known).sum(1)
         best, next_one = np.argpartition(error, 1)[:2]
-        if error[next_one] - error[best] < thresholds.MIN_GLARE_GAP or error[best] > thresholds.MAX_GLARE_MISFIT:
+        if error[next_one] - error[best] < thresholds.MIN_GLARE_SCORE_GAP or error[best] > thresholds.MAX_GLARE_MISFIT:
             return None
         return int(best), 1 - float(error[best]) / known.sum()
 

@@ -43,7 +43,7 @@ def test_code_is_read_whatever_light_is_left_in_half_of_it(left):
     image[:, 72:] *= left
     h = homography.from_square(np.array([[[19.5, 19.5], [109.5, 19.5], [109.5, 109.5], [19.5, 109.5]]]), 4.5)
     match = LocalDecoder(2).match(image.astype(np.uint8), h)
-    assert match.word[0] == 77 and match.fit[0] > 0.75 and match.gap[0] > 0.05
+    assert match.word[0] == 77 and match.fit[0] > 0.75 and match.score_gap[0] > 0.05
     assert match.rim[0] > 0.9 and match.plain[0] > 0.8
 
 
