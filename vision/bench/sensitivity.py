@@ -31,10 +31,11 @@ MIN_TURN_CHANGE = 0.05  # degrees: smaller changes of the rotation error are not
 PAPER_CLASSES = ('even', 'bent 10 cm', 'bent 6 cm', 'creased')
 OF_PAPER = re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD')  # thresholds that are also tried on paper
 LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
+GLARE_CLASSES = ('laminate', 'tape', 'glare', 'exposure', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
 OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
-              'broken_outlines': 'light', 'edge_alignment': 'light',
-              'striped_light': 'light', 'bent_paper': 'paper'}  # of the thresholds that only these modules use
+              'broken_outlines': 'light', 'edge_alignment': 'light', 'striped_light': 'light', 'glare': 'glare',
+              'bent_paper': 'paper'}  # of the thresholds that only these modules use
 PHOTOS = 4  # of each class
 
 
@@ -126,7 +127,8 @@ class Scenes:
         self.motion = [list(self._moving(500 + seed)) for seed in range(0, 4, every)]
         self.photos = {key: [marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
                              for name in names for number in range(0, PHOTOS, every)]
-                       for key, names in (('light', LIGHT_CLASSES), ('paper', PAPER_CLASSES))}
+                       for key, names in (('light', LIGHT_CLASSES), ('glare', GLARE_CLASSES),
+                                          ('paper', PAPER_CLASSES))}
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):

@@ -25,28 +25,28 @@ double correlation(const float* values, const float* drawing, const float* share
 // Whether the code of a candidate is one that dark things look like by chance
 bool is_plain(const Features& f, const Thresholds& limit) { return f.edges <= limit.PLAIN_EDGES; }
 
-double surplus_of(const Features& f, const Thresholds& limit) {
-    return f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
+double margin_ratio_of(const Features& f, const Thresholds& limit) {
+    return f.score_gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
 }
 
-const Demand& demand(const Features& f, const Thresholds& limit, const char* (&names)[3]) {
+const Requirement& requirement(const Features& f, const Thresholds& limit, const char* (&names)[3]) {
     struct Choice {
-        const Demand& demand;
+        const Requirement& requirement;
         const char* names[3];
     };
     const Choice choices[] = {
-        {limit.CODE_COVERED, {"CODE_COVERED.fit", "CODE_COVERED.surplus", "CODE_COVERED.detail"}},
-        {limit.COVERED, {"COVERED.fit", "COVERED.surplus", "COVERED.detail"}},
-        {limit.CLEAR, {"CLEAR.fit", "CLEAR.surplus", "CLEAR.detail"}},
-        {limit.UNLIKE, {"UNLIKE.fit", "UNLIKE.surplus", "UNLIKE.detail"}},
-        {limit.PLAIN, {"PLAIN.fit", "PLAIN.surplus", "PLAIN.detail"}}};
+        {limit.CODE_COVERED, {"CODE_COVERED.fit", "CODE_COVERED.margin_ratio", "CODE_COVERED.correlation"}},
+        {limit.COVERED, {"COVERED.fit", "COVERED.margin_ratio", "COVERED.correlation"}},
+        {limit.CLEAR, {"CLEAR.fit", "CLEAR.margin_ratio", "CLEAR.correlation"}},
+        {limit.UNLIKE, {"UNLIKE.fit", "UNLIKE.margin_ratio", "UNLIKE.correlation"}},
+        {limit.PLAIN, {"PLAIN.fit", "PLAIN.margin_ratio", "PLAIN.correlation"}}};
     const int which = is_plain(f, limit)                                                 ? 4
-                      : f.bad_inside >= limit.CODE_COVERED_CELLS && f.gap > limit.WIDE_GAP ? 0
+                      : f.bad_inside >= limit.CODE_COVERED_CELLS && f.score_gap > limit.WIDE_SCORE_GAP ? 0
                       : f.bad_rim + 2 * f.bad_inside >= limit.COVERED_CELLS               ? 1
                       : f.likeness > limit.CLEAR_LIKENESS                                 ? 2
                                                                                           : 3;
     std::copy(choices[which].names, choices[which].names + 3, names);
-    return choices[which].demand;
+    return choices[which].requirement;
 }
 
 // The first check that fails: each has a result, its threshold, the value and the value needed.
@@ -80,12 +80,12 @@ Features Appearance::features(const AlignedMarker& marker, double noise, const T
     for (int i = 0; i < data_count; ++i) v[i] = values[data[i]], t[i] = drawing[data[i]];
     remove_part(v.data(), smooth.data(), data_count, kSmooth);
     remove_part(t.data(), smooth.data(), data_count, kSmooth);
-    double vv = 0, tt = 0, vt = 0, kept = 0;
+    double vv = 0, tt = 0, vt = 0, inliers = 0;
     for (int i = 0; i < data_count; ++i)
         vv += double(v[i]) * v[i], tt += double(t[i]) * t[i], vt += double(v[i]) * t[i];
-    f.detail = vt / std::sqrt(without_noise(vv, data_count * noise * noise, limit.MAX_NOISE_SHARE) * tt + 1e-6);
+    f.correlation = vt / std::sqrt(without_noise(vv, data_count * noise * noise, limit.MAX_NOISE_SHARE) * tt + 1e-6);
     for (int i = 0; i < samples; ++i) {
-        kept += marker.weights[i];
+        inliers += marker.weights[i];
         if (group[i] < 0) continue;
         mean[group[i]] += (values[i] - marker.model[i]) / marker.gain[i];
         size[group[i]] += 1;
@@ -96,7 +96,7 @@ Features Appearance::features(const AlignedMarker& marker, double noise, const T
     for (int i = 0; i < kStrips; ++i) strips[i] = mean[cells * cells + i] / size[cells * cells + i];
     std::sort(strips, strips + kStrips);
     f.outside = strips[0], f.outside_but_one = strips[1];
-    f.kept = kept / weight;
+    f.inlier_share = inliers / weight;
     f.contrast = *marker.contrast, f.noise = *marker.noise, f.blur = *marker.blur;
     return f;
 }
@@ -114,26 +114,27 @@ Shortfall alvar::unpromising(const double* h, double blur, std::int64_t level, d
 
 Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
     const char* names[3];
-    const Demand& asked = demand(f, limit, names);
-    const double surplus = surplus_of(f, limit);
+    const Requirement& asked = requirement(f, limit, names);
+    const double margin_ratio = margin_ratio_of(f, limit);
     if (is_sure(f, limit))
         // only the middle of bent paper agrees with the drawing; paper may end at one side, before something dark
-        return first_missed({above("SURE_KEPT", f.kept, limit.SURE_KEPT),
+        return first_missed({above("SURE_INLIER_SHARE", f.inlier_share, limit.SURE_INLIER_SHARE),
                              above("SURE_OUTSIDE", f.outside_but_one, limit.SURE_OUTSIDE)});
-    return first_missed({above("MIN_GAP", f.gap, limit.MIN_GAP), above("MIN_KEPT", f.kept, limit.MIN_KEPT),
+    return first_missed({above("MIN_SCORE_GAP", f.score_gap, limit.MIN_SCORE_GAP),
+                         above("MIN_INLIER_SHARE", f.inlier_share, limit.MIN_INLIER_SHARE),
                          at_most("MAX_BAD_RIM", f.bad_rim, limit.MAX_BAD_RIM),
                          {f.outside > limit.MIN_OUTSIDE || f.likeness > limit.WHOLE_LIKENESS,
                           {"MIN_OUTSIDE", f.outside, limit.MIN_OUTSIDE}},
-                         above(names[0], f.fit, asked.fit), above(names[1], surplus, asked.surplus),
-                         above(names[2], f.detail, asked.detail)});
+                         above(names[0], f.fit, asked.fit), above(names[1], margin_ratio, asked.margin_ratio),
+                         above(names[2], f.correlation, asked.correlation)});
 }
 
 bool alvar::is_sure(const Features& f, const Thresholds& limit) {
-    return !is_plain(f, limit) && f.fit > limit.SURE.fit && surplus_of(f, limit) > limit.SURE.surplus
-           && f.detail > limit.SURE.detail;
+    return !is_plain(f, limit) && f.fit > limit.SURE.fit && margin_ratio_of(f, limit) > limit.SURE.margin_ratio
+           && f.correlation > limit.SURE.correlation;
 }
 
 bool alvar::may_be_covered(const Features& f, const Thresholds& limit) {
-    return !is_plain(f, limit) && f.kept > limit.MIN_KEPT && f.bad_rim <= limit.MAX_BAD_RIM
+    return !is_plain(f, limit) && f.inlier_share > limit.MIN_INLIER_SHARE && f.bad_rim <= limit.MAX_BAD_RIM
            && f.bad_rim + f.bad_inside > 0 && f.outside > limit.MIN_OUTSIDE && f.fit > limit.CHANGED_FIT;
 }

@@ -287,8 +287,8 @@ bool alvar::refine_edges(const Image& grey, const Lens& lens, const double* h, d
 }
 
 void alvar::measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner,
-                            const AlignedMarker& aligned, double kept, const double* scale, const Thresholds& limit,
-                            double* corners, double* information, ResponseEvidence* evidence) {
+                            const AlignedMarker& aligned, double inlier_share, const double* scale,
+                            const Thresholds& limit, double* corners, double* information, ResponseEvidence* evidence) {
     const InLight in_light(image.pyramid, lens, aligner, aligned, limit, corners);
     const AlignedMarker& marker = in_light.marker;
     const int cells = aligner.cells;
@@ -298,7 +298,7 @@ void alvar::measure_corners(const Measured& image, const Lens& lens, const Align
     if (!aligned_spread(marker.h, half, marker.normal, covariance)) return;
     const double noise = std::max(*marker.noise, 1.0), variance = limit.CORNER_NOISE_FACTOR * noise * noise;
     const double sampled = side / cells / limit.SAMPLES_PER_CELL;
-    const double misfit = std::max(limit.ALIGNED_ERROR, limit.MISFIT_ERROR * (1 - kept));
+    const double misfit = std::max(limit.ALIGNED_ERROR, limit.MISFIT_ERROR * (1 - inlier_share));
     const double floor = std::max(misfit * size, limit.COARSE_CORNER_ERROR * sampled * sampled);
     for (double& each : covariance) each *= variance;
     for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;

@@ -82,7 +82,7 @@ LocalMatch LocalDecoder::match(const Image& smooth, const double* h, const Thres
     std::vector<float> buffer(2 * std::max(pairs, rim_pairs)), cost(3 * edges), fit(all_words);
     const float cap = limit.MAX_EDGE_COST;
     LocalMatch found;
-    float single[9], gap;
+    float single[9], score_gap;
     std::copy(h, h + 9, single);
     ::rim_of(smooth, single, rim_pairs, rim.data(), limit, 0.0, buffer.data(), &found.rim, &found.contrast);
     ::contrasts(smooth, single, points.data(), pairs, 0, pairs, limit.DARK_GREY, &buffer[0], &buffer[pairs]);
@@ -101,8 +101,8 @@ LocalMatch LocalDecoder::match(const Image& smooth, const double* h, const Thres
     }
     sum_chosen(cost.data(), costs.data(), 3 * in_code, all_words, fit.data());
     for (float& each : fit) each = 1 - each / (cap * in_code);
-    found.word = best_of(fit.data(), all_words, &gap);
+    found.word = best_of(fit.data(), all_words, &score_gap);
     found.plain = 1 - double(stepped) / std::max(1, edges - in_code);
-    found.fit = fit[found.word], found.gap = gap;
+    found.fit = fit[found.word], found.score_gap = score_gap;
     return found;
 }

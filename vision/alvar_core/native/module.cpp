@@ -115,8 +115,9 @@ Array<Number> copy_of(const Array<Number>& array) {
 // The first `count` of the rows of an array (N, ...)
 py::object first_rows(const py::array& array, int count) { return array[py::slice(0, count, 1)]; }
 
-Demand demand_of(const py::handle& value) {
-    return {value.attr("fit").cast<double>(), value.attr("surplus").cast<double>(), value.attr("detail").cast<double>()};
+Requirement requirement_of(const py::handle& value) {
+    return {value.attr("fit").cast<double>(), value.attr("margin_ratio").cast<double>(),
+            value.attr("correlation").cast<double>()};
 }
 
 Range range_of(const py::handle& value) {
@@ -127,10 +128,10 @@ Range range_of(const py::handle& value) {
 void read_thresholds(Thresholds& limit, const py::handle& module) {
 #define ALVAR_READ_NUMBER(name) limit.name = module.attr(#name).cast<double>();
 #define ALVAR_READ_RANGE(name) limit.name = range_of(module.attr(#name));
-#define ALVAR_READ_DEMAND(name) limit.name = demand_of(module.attr(#name));
+#define ALVAR_READ_REQUIREMENT(name) limit.name = requirement_of(module.attr(#name));
     ALVAR_NUMBERS(ALVAR_READ_NUMBER)
     ALVAR_RANGES(ALVAR_READ_RANGE)
-    ALVAR_DEMANDS(ALVAR_READ_DEMAND)
+    ALVAR_REQUIREMENTS(ALVAR_READ_REQUIREMENT)
 }
 
 // Of an Alignment of `markers` markers: arrays as in alignment.py, and one AlignedMarker for each
@@ -204,11 +205,11 @@ py::array_t<float> sample(const Aligner& self, const py::array_t<std::uint8_t>& 
     return values;
 }
 
-Features features_of(double likeness, double outside, double detail, std::int64_t bad_inside, std::int64_t bad_rim,
-                     double kept, double contrast, double noise, double blur, double fit, double gap,
+Features features_of(double likeness, double outside, double correlation, std::int64_t bad_inside, std::int64_t bad_rim,
+                     double inlier_share, double contrast, double noise, double blur, double fit, double score_gap,
                      std::int64_t edges, double outside_but_one) {
-    return {likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap, edges,
-            outside_but_one};
+    return {likeness, outside, correlation, bad_inside, bad_rim, inlier_share, contrast, noise, blur, fit, score_gap,
+            edges, outside_but_one};
 }
 
 py::object shortfall_of(const Shortfall& found) {
@@ -256,14 +257,15 @@ py::object dict_of(const EdgeFit& fit, int parameters, int free) {
 
 PYBIND11_MODULE(ALVAR_MODULE, m) {
     m.doc() = "The compiled steps of the detector; native/steps.h says what each takes.";
-    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap,
+    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, correlation, bad_inside, bad_rim, inlier_share, contrast,
+                         noise, blur, fit, score_gap,
                          edges, outside_but_one);
     PYBIND11_NUMPY_DTYPE(Solution, rotation, position, error, chi2);
     PYBIND11_NUMPY_DTYPE(ResponseEvidence, information, weighted);
     PYBIND11_NUMPY_DTYPE(FoundMarker, number, corners, information, poses, solutions, features, evidence);
-    PYBIND11_NUMPY_DTYPE(Start, h, blur, level, word, fit, gap);
+    PYBIND11_NUMPY_DTYPE(Start, h, blur, level, word, fit, score_gap);
     PYBIND11_NUMPY_DTYPE(WellRead, quad, word);
-    PYBIND11_NUMPY_DTYPE(LocalMatch, rim, contrast, plain, fit, gap, word);
+    PYBIND11_NUMPY_DTYPE(LocalMatch, rim, contrast, plain, fit, score_gap, word);
 
     py::class_<Thresholds>(m, "Thresholds")
         .def(py::init([](const py::object& module) {
@@ -400,7 +402,7 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
                 extend(ended, trail);
                 return py::dict("kept"_a = array_of(found.kept),
                                 "h"_a = array_of(found.h, {py::ssize_t(found.kept.size()), 3, 3}),
-                                "fit"_a = array_of(found.fit), "gap"_a = array_of(found.gap),
+                                "fit"_a = array_of(found.fit), "score_gap"_a = array_of(found.score_gap),
                                 "word"_a = array_of(found.word));
             },
             py::kw_only(), "smooth"_a, "quads"_a, "limit"_a, "ended"_a = py::none())
@@ -435,7 +437,7 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
             [](const Reader& self, const Floats& values, double xx, double yy, double noise, const Thresholds& limit) {
                 check(values, {self.side, self.side}, "values");
                 const Reader::Read found = self.read(values.data(), xx, yy, noise, limit);
-                return py::make_tuple(found.word, found.fit, found.gap);
+                return py::make_tuple(found.word, found.fit, found.score_gap);
             },
             py::kw_only(), "values"_a, "xx"_a, "yy"_a, "noise"_a, "limit"_a);
 
@@ -453,8 +455,8 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         .def("sample", &sample, py::kw_only(), "atlas"_a, "table"_a, "lens"_a, "h"_a, "level"_a);
 
     py::class_<Features>(m, "Features")
-        .def(py::init(&features_of), py::kw_only(), "likeness"_a, "outside"_a, "detail"_a, "bad_inside"_a, "bad_rim"_a,
-             "kept"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "gap"_a, "edges"_a,
+        .def(py::init(&features_of), py::kw_only(), "likeness"_a, "outside"_a, "correlation"_a, "bad_inside"_a,
+             "bad_rim"_a, "inlier_share"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "score_gap"_a, "edges"_a,
              "outside_but_one"_a);
     m.def("shortfall", [](const Features& f, const Thresholds& limit) { return shortfall_of(shortfall(f, limit)); },
           py::kw_only(), "features"_a, "limit"_a);
@@ -601,22 +603,23 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         "measure_corners",
         [](const Aligner& aligner, const py::array_t<std::uint8_t>& atlas, const Floats& table,
            const py::array_t<std::uint8_t>& full, const Lens& lens, const Light& light, const py::object& state,
-           const Bytes& black, const Doubles& kept, const Doubles& scale, const Doubles& corners,
+           const Bytes& black, const Doubles& inlier_share, const Doubles& scale, const Doubles& corners,
            const Thresholds& limit) {
             Alignment all = alignment_of(state, black);
             const std::vector<AlignedMarker> markers = all.markers(aligner.count * aligner.count, aligner.cells);
             const py::ssize_t count = markers.size();
-            check(kept, {count}, "kept"), check(scale, {8}, "scale"), check(corners, {count, 4, 2}, "corners");
+            check(inlier_share, {count}, "inlier_share"), check(scale, {8}, "scale");
+            check(corners, {count, 4, 2}, "corners");
             Doubles moved = copy_of(corners);
             py::array_t<double> information({count, py::ssize_t(8), py::ssize_t(8)});
             const Measured image = measured_of(atlas, table, full, light, false);
             for (py::ssize_t m = 0; m < count; ++m)
-                measure_corners(image, lens, aligner, markers[m], kept.at(m), scale.data(), limit,
+                measure_corners(image, lens, aligner, markers[m], inlier_share.at(m), scale.data(), limit,
                                 moved.mutable_data() + 8 * m, information.mutable_data() + 64 * m, nullptr);
             return py::make_tuple(moved, information);
         },
-        py::kw_only(), "aligner"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "light"_a, "state"_a, "black"_a, "kept"_a,
-        "scale"_a, "corners"_a, "limit"_a);
+        py::kw_only(), "aligner"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "light"_a, "state"_a, "black"_a,
+        "inlier_share"_a, "scale"_a, "corners"_a, "limit"_a);
 
     m.def(
         "solve_poses",

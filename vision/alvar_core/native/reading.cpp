@@ -121,10 +121,10 @@ CoarseMatch CoarseDecoder::match(const Image& smooth, int count, const double* q
         }
         times(grey.data(), words.data(), points, all_words, of_words.data());
         for (int k = 0; k < some; ++k) {
-            float *fits = &of_words[k * all_words], gap;
+            float *fits = &of_words[k * all_words], score_gap;
             scale(&grey[k * points], fits);
-            found.word.push_back(best_of(fits, all_words, &gap));
-            found.fit.push_back(fits[found.word.back()]), found.gap.push_back(gap);
+            found.word.push_back(best_of(fits, all_words, &score_gap));
+            found.fit.push_back(fits[found.word.back()]), found.score_gap.push_back(score_gap);
         }
     }
     return found;

@@ -20,13 +20,13 @@ inline void read(const Image& smooth, const float* h, const float* points, int s
 }
 
 // The index of the largest of `count` numbers; sets its difference from the next one.
-inline int best_of(const float* numbers, int count, float* gap) {
+inline int best_of(const float* numbers, int count, float* score_gap) {
     int best = 0;
     float second = -1e9f;
     for (int i = 1; i < count; ++i)
         if (numbers[i] > numbers[best]) second = numbers[best], best = i;
         else if (numbers[i] > second) second = numbers[i];
-    *gap = numbers[best] - second;
+    *score_gap = numbers[best] - second;
     return best;
 }
 

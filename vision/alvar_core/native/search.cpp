@@ -62,7 +62,7 @@ public:
         std::vector<int> near;
         for (std::size_t i = 0; i < match.kept.size(); ++i) {
             std::copy_n(&quads[8 * match.kept[i]], 8, &dark[8 * i]);
-            rank.push_back(match.fit[i] + limit.COARSE_GAP_WEIGHT * match.gap[i]);
+            rank.push_back(match.fit[i] + limit.COARSE_SCORE_GAP_WEIGHT * match.score_gap[i]);
             if (match.fit[i] > limit.MIN_COARSE_FIT) near.push_back(i);
             else end_at(trail, &dark[8 * i], {"MIN_COARSE_FIT", match.fit[i], limit.MIN_COARSE_FIT}, match.word[i]);
         }
@@ -79,7 +79,7 @@ public:
         for (const int place : taken) {
             const int i = chosen[place];
             starts.push_back(start_of(&dark[8 * i], match, i));
-            if (match.fit[i] > limit.WELL_READ_FIT && match.gap[i] > limit.WELL_READ_GAP) {
+            if (match.fit[i] > limit.WELL_READ_FIT && match.score_gap[i] > limit.WELL_READ_SCORE_GAP) {
                 WellRead well;
                 std::copy_n(&dark[8 * i], 8, well.quad[0]);
                 well.word = match.word[i];
@@ -129,7 +129,7 @@ private:
         start.level = (cell > limit.NEXT_LEVEL.low) + (cell > limit.NEXT_LEVEL.high);
         const double blur = limit.START_BLUR * cell / std::pow(2.0, start.level);
         start.blur = std::max(1.0, blur * blur);
-        start.word = match.word[i], start.fit = match.fit[i], start.gap = match.gap[i];
+        start.word = match.word[i], start.fit = match.fit[i], start.score_gap = match.score_gap[i];
         return start;
     }
 
@@ -153,8 +153,9 @@ private:
                 end(corners, missed, word);
                 continue;
             }
-            f.fit = starts[m].fit, f.gap = starts[m].gap;
-            if (!changed || !(f.fit > limit.SURE_FIT && f.gap > limit.SURE_GAP && f.likeness > limit.SURE_FIT))
+            f.fit = starts[m].fit, f.score_gap = starts[m].score_gap;
+            if (!changed || !(f.fit > limit.SURE_FIT && f.score_gap > limit.SURE_SCORE_GAP
+                              && f.likeness > limit.SURE_FIT))
                 word = read(marker, noise, f);
             f.edges = is.edges[word];
             const Place place = {(corners[0] + corners[2] + corners[4] + corners[6]) / 4,
@@ -187,7 +188,7 @@ private:
             for (int k = 0; k < 4; ++k) lens.to_real(corners[2 * k], corners[2 * k + 1], real + 2 * k, real + 2 * k + 1);
     }
 
-    // Reads the cells of an aligned marker; sets fit and gap, returns the word.
+    // Reads the cells of an aligned marker; sets fit and score gap, returns the word.
     std::int64_t read(const AlignedMarker& marker, double noise, Features& f) const {
         const int count = is.aligner.count, side = is.reader.side, first = (count - side) / 2;
         std::vector<float> clipped(side * side);
@@ -200,12 +201,12 @@ private:
                 clipped[j * side + i] = within(marker.values[at], dark - spare, dark + gain + spare);
             }
         const Reader::Read found = is.reader.read(clipped.data(), blur[0], blur[1], noise, limit);
-        f.fit = found.fit, f.gap = found.gap;
+        f.fit = found.fit, f.score_gap = found.score_gap;
         return found.word;
     }
 
     Shortfall other_margin(const double* corners, const Features& f) const {
-        if (f.detail > limit.SURE_MARGIN_DETAIL) return {nullptr, 0, 0};
+        if (f.correlation > limit.SURE_MARGIN_CORRELATION) return {nullptr, 0, 0};
         double real[8];
         to_real(corners, real);
         return is.decoder.other_margin(smooth, real);
@@ -223,7 +224,7 @@ private:
     Shortfall add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
         double information[64], turned[8];
         FoundMarker marker = {};
-        measure_corners(image, lens, is.aligner, aligned, f.kept, is.scale.data(), limit, corners, information,
+        measure_corners(image, lens, is.aligner, aligned, f.inlier_share, is.scale.data(), limit, corners, information,
                         &marker.evidence);
         const int turns = word / kNumbers, number = word % kNumbers;
         const auto from = [&](int i) { return (2 * turns + i) % 8; };  // corner and axis in the order of the drawing

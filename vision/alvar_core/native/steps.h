@@ -70,7 +70,7 @@ std::vector<double> squares(int count, const double* parts, const Thresholds& li
 // reading.CoarseMatch
 struct CoarseMatch {
     std::vector<std::int64_t> kept, word;
-    std::vector<double> h, fit, gap;
+    std::vector<double> h, fit, score_gap;
 };
 
 // reading.CoarseDecoder: `rim` (3, 40) and `cells` (3, P) are homogeneous points, `words` (P, W); `known` (1 or W, P)
@@ -99,7 +99,7 @@ struct Reader {
 
     struct Read {
         std::int64_t word;
-        double fit, gap;
+        double fit, score_gap;
     };
     // values (S, S) [greys]; xx, yy [cells^2]: of the blur
     Read read(const float* values, double xx, double yy, double noise, const Thresholds& limit) const;
@@ -128,9 +128,9 @@ struct Aligner {
 
 // acceptance.Features
 struct Features {
-    double likeness, outside, detail;
+    double likeness, outside, correlation;
     std::int64_t bad_inside, bad_rim;
-    double kept, contrast, noise, blur, fit, gap;
+    double inlier_share, contrast, noise, blur, fit, score_gap;
     std::int64_t edges;
     double outside_but_one;
 };
@@ -146,7 +146,7 @@ struct Appearance {
     std::vector<std::int32_t> group;
     std::vector<std::uint8_t> is_data;
 
-    // The Features that need no reading: all but fit, gap and edges
+    // The Features that need no reading: all but fit, score gap and edges
     Features features(const AlignedMarker& marker, double noise, const Thresholds& limit) const;
 };
 
@@ -201,8 +201,8 @@ struct Measured {
 // corners.CornerEstimator.measure: changes corners (4, 2), sets their information (8, 8), which is 0 if a matrix is
 // singular. `scale` (8,): edge_alignment.scale_of
 void measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner, const AlignedMarker& aligned,
-                     double kept, const double* scale, const Thresholds& limit, double* corners, double* information,
-                     ResponseEvidence* evidence);
+                     double inlier_share, const double* scale, const Thresholds& limit, double* corners,
+                     double* information, ResponseEvidence* evidence);
 
 // pose.Solution
 struct Solution {
@@ -213,7 +213,7 @@ int solve_pose(const double* corners, double size, const Lens& lens, const doubl
 
 // local_contrast.LocalMatch of one marker
 struct LocalMatch {
-    double rim, contrast, plain, fit, gap;
+    double rim, contrast, plain, fit, score_gap;
     std::int64_t word;
 };
 
@@ -246,7 +246,7 @@ struct FoundMarker {
 struct Start {
     double h[3][3], blur;
     std::int64_t level, word;
-    double fit, gap;
+    double fit, score_gap;
 };
 
 // A candidate whose cells were well read

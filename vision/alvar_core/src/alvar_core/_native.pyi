@@ -62,7 +62,7 @@ class Reader:
     def __init__(self, *, line: Floats, light: Floats, words: ArrayLike) -> None: ...
     def read(self, *, values: Floats, xx: float, yy: float, noise: float,
              limit: Thresholds) -> tuple[int, float, float]:
-        """Return word, fit and gap of greys (S, S) with a blur of variances xx and yy [cells ** 2]."""
+        """Return word, fit and score gap of greys (S, S) with a blur of variances xx and yy [cells ** 2]."""
 
 class Aligner:
     """alignment.Aligner: line (S,) [cells], weight (S * S,) of each sample."""
@@ -78,8 +78,9 @@ class Aligner:
 
 class Features:
     """acceptance.Features of one marker."""
-    def __init__(self, *, likeness: float, outside: float, detail: float, bad_inside: int, bad_rim: int, kept: float,
-                 contrast: float, noise: float, blur: float, fit: float, gap: float, edges: int,
+    def __init__(self, *, likeness: float, outside: float, correlation: float, bad_inside: int, bad_rim: int,
+                 inlier_share: float, contrast: float, noise: float, blur: float, fit: float, score_gap: float,
+                 edges: int,
                  outside_but_one: float) -> None: ...
 
 class Appearance:
@@ -173,7 +174,7 @@ def bows(*, grey: Image, lens: Lens, corners: Floats, cells: int, light: Light, 
     """Return how far [px] the sides of markers with corners (M, 4, 2) are from straight."""
 
 def measure_corners(*, aligner: Aligner, atlas: Image, table: Floats, full: Image, lens: Lens, light: Light,
-                    state: AlignmentState, black: Bools, kept: Floats, scale: Floats, corners: Floats,
+                    state: AlignmentState, black: Bools, inlier_share: Floats, scale: Floats, corners: Floats,
                     limit: Thresholds) -> tuple[Floats, Floats]:
     """Return corners (M, 4, 2) and their information (M, 8, 8), 0 if it cannot be told."""
 

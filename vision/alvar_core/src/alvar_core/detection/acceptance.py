@@ -22,24 +22,24 @@ class Features(NamedTuple):
     * ``likeness``: correlation of the image with the drawn marker, up to 1
     * ``outside``: grey of the darkest of the four strips around the marker minus that of paper, divided by the contrast
     * ``outside_but_one``: the same for the second darkest strip
-    * ``detail``: likeness of the data cells, after smooth changes of brightness are removed
+    * ``correlation``: of the data cells with the drawing, after smooth changes of brightness are removed
     * ``bad_inside``, ``bad_rim``: number of data cells and of border cells that differ from the drawing
-    * ``kept``: share of the samples that agree with the drawing (inliers)
+    * ``inlier_share``: share of the samples that agree with the drawing (inliers)
     * ``contrast``, ``noise`` [greys]; ``blur``: variance [px^2 at the level]
-    * ``fit``, ``gap``: as in Reading; ``edges``: number of edges between its black and white cells
+    * ``fit``, ``score_gap``: as in Reading; ``edges``: number of edges between its black and white cells
     """
 
     likeness: float
     outside: float
-    detail: float
+    correlation: float
     bad_inside: int
     bad_rim: int
-    kept: float
+    inlier_share: float
     contrast: float
     noise: float
     blur: float
     fit: float = 0.0
-    gap: float = 0.0
+    score_gap: float = 0.0
     edges: int = UNREAD
     outside_but_one: float = 0.0
 

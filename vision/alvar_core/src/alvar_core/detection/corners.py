@@ -51,14 +51,14 @@ class CornerEstimator:
         return self._edges.bow(image.pyramid, image.camera, corners, image.light)
 
     def measure(self, image: PreparedImage, aligner: Aligner, state: Alignment, corners: Floats,
-                black: Bools, kept: Floats) -> tuple[Floats, Floats]:
+                black: Bools, inlier_share: Floats) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
         ``aligner`` has made the ``state``; ``corners`` are those of ``start``. ``black`` (M, n, n): the cells of the
-        markers; ``kept`` (M,): share of the samples that agree.
+        markers; ``inlier_share`` (M,): share of the samples that agree.
         """
         found: tuple[Floats, Floats] = native.steps.measure_corners(
             aligner=aligner.steps, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
-            light=image.light.steps, state=state, black=black, kept=kept, scale=self.scale,
+            light=image.light.steps, state=state, black=black, inlier_share=inlier_share, scale=self.scale,
             corners=corners, limit=native.limit)
         return found

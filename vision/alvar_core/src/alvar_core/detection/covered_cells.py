@@ -21,14 +21,14 @@ NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 class CoveredReading(NamedTuple):
-    """The index of a code word, the largest difference of an uncovered cell from it, and the gap to the next word.
+    """The index of a code word, the largest difference of an uncovered cell from it, and the score gap.
 
-    The gap is a difference of sums of squares.
+    The score gap is that to the next word, a difference of sums of squares.
     """
 
     word: int
     error: float
-    gap: float
+    score_gap: float
 
 
 class CoveredReader:
@@ -67,9 +67,9 @@ class CoveredReader:
             error = float((np.abs(self._words[best] - data) * known).max())
             if error < thresholds.MAX_UNCOVERED_ERROR:
                 least, cost[best] = float(cost[best]), np.inf
-                gap = float(cost.min()) - least
-                if gap > thresholds.MIN_UNCOVERED_GAP:
-                    return CoveredReading(best, error, gap)
+                score_gap = float(cost.min()) - least
+                if score_gap > thresholds.MIN_UNCOVERED_SCORE_GAP:
+                    return CoveredReading(best, error, score_gap)
         return None
 
 

@@ -11,9 +11,10 @@ An image passes these stages, each on all candidates at once:
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
-and measures markers again whose greys do not fit the drawing well. If the image is full of parallel stripes of light,
-it passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are curved,
-or whose corners do not lie in a plane, as a cylinder or two planes.
+and measures markers again whose greys do not fit the drawing well; with glare.GlareReader it removes the stripe that a
+lamp leaves across a marker. If the image is full of parallel stripes of light, it passes all stages again without them
+(striped_light). bent_paper.BentPaper measures markers whose sides are curved, or whose corners do not lie in a plane,
+as a cylinder or two planes.
 """
 from __future__ import annotations
 
@@ -73,7 +74,7 @@ class _Start(NamedTuple):
     """The start values of the alignment of M markers with their drawings.
 
     ``h`` (M, 3, 3); ``black`` (M, n, n) cells; ``blur`` (M,), variance [px^2 at the level]; ``level`` (M,); ``words``:
-    (word, fit, gap) of the coarse decoding for each marker, or None.
+    (word, fit, score_gap) of the coarse decoding for each marker, or None.
     """
 
     h: Floats
@@ -204,7 +205,7 @@ class Detector:
             if striped:
                 found = best_of_overlapping(found + striped)
             more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found, self._ended)
-                    if not self._has_other_margin(image, each)]
+                    if not self._has_other_margin(each.image or image, each)]
             if more:
                 found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
@@ -237,12 +238,12 @@ class Detector:
             return self._cell_by_cell(image, quads), quads
         seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes, self._turns,
                                                              self._ended, self._asks)
-        self._evidence += [each.evidence for each in seen if each.features.kept > thresholds.EVEN_KEPT]
+        self._evidence += [each.evidence for each in seen if each.features.inlier_share > thresholds.EVEN_INLIER_SHARE]
         found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
                  for each in seen]
         if len(unsure):
             drawn = unsure['word']
-            words = list(zip(drawn, unsure['fit'], unsure['gap']))
+            words = list(zip(drawn, unsure['fit'], unsure['score_gap']))
             found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'], unsure['level'],
                                                 words))
         found = best_of_overlapping(found)
@@ -256,7 +257,7 @@ class Detector:
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
         for m in np.setdiff1d(np.arange(len(quads)), near):
             self._end(quads[m], ('MIN_COARSE_FIT', float(match.fit[m]), thresholds.MIN_COARSE_FIT))
-        rank = match.fit + thresholds.COARSE_GAP_WEIGHT * match.gap
+        rank = match.fit + thresholds.COARSE_SCORE_GAP_WEIGHT * match.score_gap
         distinct = candidates.distinct(quads, rank, near)
         chosen = [distinct[place] for place in self._turns.of(quads, distinct)]
         for m in set(distinct).difference(chosen):
@@ -365,7 +366,7 @@ class Detector:
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
         """Return a Detection, measured again by the edges of its cells if its greys do not fit the drawing."""
         f = detection.features
-        if self._uneven is None or f is None or f.kept > thresholds.EVEN_KEPT:
+        if self._uneven is None or f is None or f.inlier_share > thresholds.EVEN_INLIER_SHARE:
             return detection
         at = image, detection.corners, int(detection.id)
         found = self._uneven.aligned(*at)
@@ -377,7 +378,7 @@ class Detector:
 
     def _of_edges(self, image: PreparedImage, found: Found) -> Detection | None:
         """Return the Detection of a marker that was measured by its edges; None without a pose."""
-        content = self._reader.of_word(found.word, found.fit, found.gap).content
+        content = self._reader.of_word(found.word, found.fit, found.score_gap).content
         order = [(k + content.turns) % 4 for k in range(4)]
         eight = np.array([2 * k + axis for k in order for axis in (0, 1)])
         corners, information = found.corners[order], np.linalg.inv(found.covariance[np.ix_(eight, eight)])
@@ -385,7 +386,7 @@ class Detector:
         solutions = pose.solve(corners[None], [size], image.camera, information[None])[0]
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
         side = float(homography.mean_side(real[None])[0])
-        sure = found.fit > thresholds.SURE.fit and found.surplus > thresholds.SURE.surplus
+        sure = found.fit > thresholds.SURE.fit and found.margin_ratio > thresholds.SURE.margin_ratio
         if _misses_pose(solutions, side) and not (sure and solutions):
             self._end(real, _missed_by_pose(solutions, side), found.word)
             return None
@@ -462,9 +463,10 @@ class Detector:
               words: Sequence[tuple[int, float, float]] | None) -> list[Reading | None]:
         """Return a Reading (or None) of each marker; where the coarse decoding was sure, keep its result."""
         readings: list[Reading | None] = [None] * len(likeness)
-        for m, (word, fit, gap) in enumerate(words or ()):
-            if fit > thresholds.SURE_FIT and gap > thresholds.SURE_GAP and likeness[m] > thresholds.SURE_FIT:
-                readings[m] = self._reader.of_word(word, fit, gap)
+        for m, (word, fit, score_gap) in enumerate(words or ()):
+            if fit > thresholds.SURE_FIT and likeness[m] > thresholds.SURE_FIT \
+                    and score_gap > thresholds.SURE_SCORE_GAP:
+                readings[m] = self._reader.of_word(word, fit, score_gap)
         rest = [m for m, reading in enumerate(readings) if reading is None]
         if rest:
             again: Sequence[Reading | None]
@@ -500,7 +502,7 @@ class Detector:
             sure = reading.fit > thresholds.CHANGED_FIT
             return ('SAME_WORD', 0.0, 0.0) if sure else ('CHANGED_FIT', reading.fit, thresholds.CHANGED_FIT)
         seen = _read(features, reading)
-        return acceptance.shortfall(seen) or self._other_margin(image, corners, seen.detail)
+        return acceptance.shortfall(seen) or self._other_margin(image, corners, seen.correlation)
 
     def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
                  readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
@@ -520,20 +522,20 @@ class Detector:
             again = self._covered.read(shares, noise, Covariance(*(each[m] for each in blur)))
             if again is None:
                 continue
-            reading = self._reader.of_word(again.word, 1 - again.error, again.gap)
+            reading = self._reader.of_word(again.word, 1 - again.error, again.score_gap)
             if (black_cells(reading.white, self.margin) != black[m]).any():
                 changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
-            elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
+            elif again.score_gap > thresholds.COVERED_SCORE_GAP + thresholds.COVERED_SCORE_GAP_BY_ERROR * again.error \
                     and seen.likeness > thresholds.COVERED_LIKENESS \
-                    and self._other_margin(image, corners[m], seen.detail) is None:
+                    and self._other_margin(image, corners[m], seen.correlation) is None:
                 found.append(_Accepted(m, reading, _read(seen, reading)))
 
-    def _other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> Shortfall | None:
+    def _other_margin(self, image: PreparedImage, corners: Floats, correlation: float = 0.0) -> Shortfall | None:
         """Return the margin with which the cells match a code word better, if it is one cell narrower or wider.
 
-        Return None if the ``detail`` is so high that the margin must be right.
+        Return None if the ``correlation`` is so high that the margin must be right.
         """
-        if detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
+        if correlation > thresholds.SURE_MARGIN_CORRELATION or self._decoder.words is None:
             return None
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
         return self._decoder.other_margin(image.smooth, real)
@@ -567,7 +569,7 @@ class Detector:
         corners, information = self._corners.measure(
             image, self._aligner, state.take(which), corners[which],
             np.array([black_cells(each.reading.white, self.margin) for each in found]),
-            np.array([each.features.kept for each in found]))
+            np.array([each.features.inlier_share for each in found]))
         order = np.array([[(k + each.reading.content.turns) % 4 for k in range(4)] for each in found])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners, order[:, :, None], 1)
@@ -588,7 +590,7 @@ class Detector:
 
 def _read(features: Features, reading: Reading) -> Features:
     """Return the Features of a candidate after its cells were read."""
-    return features._replace(fit=reading.fit, gap=reading.gap, edges=reading.edges)
+    return features._replace(fit=reading.fit, score_gap=reading.score_gap, edges=reading.edges)
 
 
 def _misses_pose(solutions: Sequence[pose.Solution], side: float) -> bool:
@@ -623,7 +625,7 @@ def _is_not_flat(detection: Detection) -> bool:
 
 
 def _is_in_even_light(detection: Detection) -> bool:
-    return detection.features is not None and detection.features.kept > thresholds.EVEN_KEPT
+    return detection.features is not None and detection.features.inlier_share > thresholds.EVEN_INLIER_SHARE
 
 
 def _real_corners(sheet: Sheet, camera: Camera) -> Floats:

@@ -31,7 +31,7 @@ class Stage(NamedTuple):
     sentences: dict[str, str]
 
 
-DEMANDS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED', 'PLAIN'
+REQUIREMENTS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED', 'PLAIN'
 # From the first stage to the last: of several candidates in one place, the one that got furthest counts.
 STAGES = (
     Stage('sides', (150, 150, 150), {
@@ -41,8 +41,8 @@ STAGES = (
         'MIN_FIRST_PLAIN': 'its border is not plain: {value:.0%} of it, more than {needed:.0%} is needed',
         'MIN_FIRST_FIT': 'the edges of its cells differ from every code word: the best fit is {value:.2f}, more than '
                          '{needed:.2f} is needed',
-        'MIN_FIRST_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, more '
-                         'than {needed:.2f} is needed'}),
+        'MIN_FIRST_SCORE_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, '
+                               'more than {needed:.2f} is needed'}),
     Stage('border', (60, 60, 255), {
         'MIN_RIM_CONTRAST': 'its border is hardly darker than what is around it: by {value:.1f} greys, more than '
                             '{needed:.0f} are needed',
@@ -68,27 +68,29 @@ STAGES = (
                      'needed',
         **dict.fromkeys(('LOCAL_FIT', 'PLAIN_LOCAL_FIT'), 'the edges of its cells differ from that code word: the fit '
                         'is {value:.2f}, more than {needed:.2f} is needed'),
-        'LOCAL_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, more than '
-                     '{needed:.3f} is needed',
-        **dict.fromkeys(('LOCAL_SURPLUS', 'PLAIN_LOCAL_SURPLUS'), 'the best code word is hardly better than the next: '
-                        'by {value:.2f} of what it leaves unexplained, more than {needed:.2f} is needed')}),
+        'LOCAL_SCORE_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, '
+                           'more than {needed:.3f} is needed',
+        **dict.fromkeys(('LOCAL_MARGIN_RATIO', 'PLAIN_LOCAL_MARGIN_RATIO'),
+                        'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
+                        'unexplained, more than {needed:.2f} is needed')}),
     Stage('reading', (255, 160, 0), {
         'CHANGED_FIT': 'its cells are no code word: the best fit is {value:.2f}, more than {needed:.2f} is needed',
         'SAME_WORD': 'each time it is read it is another code word'}),
     Stage('acceptance', (255, 220, 0), {
-        'MIN_GAP': 'two code words fit it alike: the best fits better by {value:.3f}, more than {needed:.2f} is needed',
-        **dict.fromkeys(('MIN_KEPT', 'SURE_KEPT'), 'only {value:.0%} of it agrees with the drawn marker, more than '
-                        '{needed:.0%} is needed'),
+        'MIN_SCORE_GAP': 'two code words fit it alike: the best fits better by {value:.3f}, more than {needed:.2f} is '
+                         'needed',
+        **dict.fromkeys(('MIN_INLIER_SHARE', 'SURE_INLIER_SHARE'),
+                        'only {value:.0%} of it agrees with the drawn marker, more than {needed:.0%} is needed'),
         'MAX_BAD_RIM': '{value:.0f} cells of the black border are not black; at most {needed:.0f} may be covered',
         **{name: f'along {sides} there is no white margin: the paper there is darker than white by {{darker:.0%}} of '
                  'the contrast, less than {allowed:.0%} is needed'
            for name, sides in (('MIN_OUTSIDE', 'one side'), ('SURE_OUTSIDE', 'two sides'))},
         **{f'{name}.fit': 'its cells differ from that code word: the fit is {value:.2f}, more than {needed:.2f} is '
-                          'needed' for name in DEMANDS},
-        **{f'{name}.surplus': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
-                              'unexplained, more than {needed:.2f} is needed' for name in DEMANDS},
-        **{f'{name}.detail': 'its cells do not look as drawn: likeness {value:.2f}, more than {needed:.2f} is needed'
-           for name in DEMANDS}}),
+                          'needed' for name in REQUIREMENTS},
+        **{f'{name}.margin_ratio': 'the best code word is hardly better than the next: by {value:.2f} of what it '
+                                   'leaves unexplained, more than {needed:.2f} is needed' for name in REQUIREMENTS},
+        **{f'{name}.correlation': 'its cells do not look as drawn: correlation {value:.2f}, more than {needed:.2f} is '
+                                  'needed' for name in REQUIREMENTS}}),
     Stage('margin', (255, 120, 120), {
         'NARROWER_MARGIN': 'its black border is narrower than the detector expects: with one cell less the cells fit '
                            '{needed:.2f}, as expected {value:.2f}',

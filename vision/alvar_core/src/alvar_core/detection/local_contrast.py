@@ -28,14 +28,15 @@ class LocalMatch:
     """The results of the local contrasts of K quads.
 
     ``rim`` (K,): share of the places on the outer edge where white follows black; ``contrast`` (K,): typical there;
-    ``plain`` (K,): share of the edges inside the border without a step; ``fit``, ``gap``, ``word`` (K,): of the code.
+    ``plain`` (K,): share of the edges inside the border without a step; ``fit``, ``score_gap``, ``word`` (K,): of the
+    code.
     """
 
     rim: Floats
     contrast: Floats
     plain: Floats
     fit: Floats
-    gap: Floats
+    score_gap: Floats
     word: Integers
 
 
@@ -92,4 +93,4 @@ class LocalDecoder:
     def match(self, smooth: Image, h: Floats) -> LocalMatch:
         """Return the LocalMatch of markers at ``h`` (M, 3, 3)."""
         rows = self._steps.match(smooth=smooth, h=h, limit=native.limit)
-        return LocalMatch(*(rows[name] for name in ('rim', 'contrast', 'plain', 'fit', 'gap', 'word')))
+        return LocalMatch(*(rows[name] for name in ('rim', 'contrast', 'plain', 'fit', 'score_gap', 'word')))

@@ -38,13 +38,13 @@ def words_of_numbers() -> Bools:
 class Reading:
     """The result of reading a marker.
 
-    ``content`` is a code.Content, ``fit`` 0 to 1, ``gap`` the difference to the fit of the next best code word,
+    ``content`` is a code.Content, ``fit`` 0 to 1, ``score_gap`` the difference to the fit of the next best code word,
     ``white`` (n, n), bool, the cells in the orientation of the image.
     """
 
     content: code.Content
     fit: float
-    gap: float
+    score_gap: float
     white: Bools
 
     @property
@@ -58,13 +58,13 @@ class CoarseMatch:
     """The coarse decoding of those K of N quads that have a dark border.
 
     ``kept`` (K,): their indices; ``h`` (K, 3, 3): their homographies; ``fit`` (K,): that of the best code word, up to
-    1; ``gap`` (K,): difference to the fit of the next best; ``word`` (K,): index of the best.
+    1; ``score_gap`` (K,): difference to the fit of the next best; ``word`` (K,): index of the best.
     """
 
     kept: Integers
     h: Floats
     fit: Floats
-    gap: Floats
+    score_gap: Floats
     word: Integers
 
 
@@ -163,10 +163,10 @@ class Reader:
         side = self.grid.count
         return values.reshape(-1, side, side)[:, self._inside][:, :, self._inside]
 
-    def of_word(self, word: int, fit: float, gap: float) -> Reading:
+    def of_word(self, word: int, fit: float, score_gap: float) -> Reading:
         """Return the Reading of a code word (index turns * 256 + number)."""
         turns, number = divmod(int(word), 256)
-        return Reading(code.Content(code.NUMBER, number, 0, turns), float(fit), float(gap), self._seen[word])
+        return Reading(code.Content(code.NUMBER, number, 0, turns), float(fit), float(score_gap), self._seen[word])
 
     def read_cells(self, shares: Floats, covariance: Covariance) -> list[Reading | None]:
         """Return the Readings (or None) of markers of any resolution, read cell by cell.

@@ -52,8 +52,8 @@ class Search:
 
         If there are too many candidates, only those are searched whose turn it is.
         ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
-        where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are
-        those of what is well read. ``ended`` gets all others. Markers have evidence if they are asked for it.
+        where an alignment starts, ``word``, ``fit`` and ``score_gap`` the coarse decoding; ``quad`` (4, 2) and ``word``
+        are those of what is well read. ``ended`` gets all others. Markers have evidence if they are asked for it.
         """
         found = self._steps.find(
             smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,

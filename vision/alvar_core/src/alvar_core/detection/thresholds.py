@@ -28,16 +28,17 @@ class Pass(NamedTuple):
     offset: int
 
 
-class Demand(NamedTuple):
+class Requirement(NamedTuple):
     """The lowest values of a candidate that is accepted; noise is subtracted from all of them.
 
-    ``fit``: of the data cells to the code word; ``surplus``: gap to the next best word as a share of what the best one
-    leaves unexplained; ``detail``: likeness of the cells after smooth changes of brightness are removed.
+    ``fit``: of the data cells to the code word; ``margin_ratio``: score gap to the next best word as a share of what
+    the best one leaves unexplained; ``correlation``: of the cells with the drawing, after smooth changes of brightness
+    are removed.
     """
 
     fit: float
-    surplus: float
-    detail: float
+    margin_ratio: float
+    correlation: float
 
 
 # -- Candidate outlines (candidates.py)
@@ -67,7 +68,7 @@ MIN_RIM_CONTRAST = 5.0  # greys, of three sides
 MIN_RIM_STEP, MIN_RIM_STEP_SHARE = 2.0, 0.35  # greys, of the contrast: a place on the rim is dark if the step is larger
 MIN_DARK_RIM = 0.7  # share of the places on the rim
 MIN_COARSE_FIT = 0.64  # with the best code word: worth an alignment
-COARSE_GAP_WEIGHT = 0.5  # of the gap to the next word beside the fit, to rank candidates
+COARSE_SCORE_GAP_WEIGHT = 0.5  # of the score gap beside the fit, to rank candidates
 MAX_CANDIDATES = 400  # worth an alignment in one image, by default; rooms full of things, but markers, have up to 10
 
 # -- Alignment with the drawn marker (alignment.py)
@@ -91,49 +92,51 @@ BLUR_LIMITS = (0.25, 6.0)  # px^2 at the level
 # Sensitivity: a lower SAMPLED_NOISE loses one hard marker.
 MAX_NOISE_SHARE = 0.3  # of the energy: noise is never taken for more
 SAMPLED_NOISE = 2 / 3  # of the image's noise that is left in values between its pixels
-SURE_FIT, SURE_GAP = 0.93, 0.12  # of the coarse decoding: it is not read again
+SURE_FIT, SURE_SCORE_GAP = 0.93, 0.12  # of the coarse decoding: it is not read again
 CONTRAST_SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
 CHANGED_FIT = 0.72  # a reading that differs from the drawing: worth another alignment
 MIN_WHITE = 4.0  # greys: contrast of cells read one by one
 CELL_RIDGE = 0.02  # of the mean diagonal, of the equations for cells read one by one
 
 # -- Acceptance (acceptance.py, detector.py)
-# Sensitivity: 10 % lower gains no marker and adds no false one; 10 % higher loses markers where fit, surplus and detail
-# are asked: UNLIKE.fit 2 of 95 hard ones, CLEAR.fit 1. BEST_FIT is the end of a scale, not to be tuned: below 1 nearly
-# nothing is accepted.
+# Sensitivity: 10 % lower gains no marker and adds no false one; 10 % higher loses markers where fit, margin ratio and
+# correlation are asked: UNLIKE.fit 2 of 95 hard ones, CLEAR.fit 1. BEST_FIT is the end of a scale, not to be tuned:
+# below 1 nearly nothing is accepted.
 MIN_MARKER_AREA = 80.0  # px^2
 MIN_LIKENESS = 0.65  # correlation of the image with the drawn marker
 MAX_BLUR = 1.1  # cells
-CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
-COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)  # cells differ: any; data cells, with WIDE_GAP
+CLEAR, UNLIKE = Requirement(0.87, 0.55, 0.83), Requirement(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
+# Cells differ: any; data cells, with WIDE_SCORE_GAP
+COVERED, CODE_COVERED = Requirement(0.86, 0.9, 0.78), Requirement(0.86, 0.7, 0.78)
 CLEAR_LIKENESS = 0.88
-SURE = Demand(0.92, 1.5, 0.92)  # cannot be chance: the surroundings of the code may be worse, ...
+SURE = Requirement(0.92, 1.5, 0.92)  # cannot be chance: the surroundings of the code may be worse, ...
 # Codes with few edges between black and white cells resemble dark things with something bright in them, as windows are:
 # 255 has 16 edges, 246 and 249 have 18, 240 and 244 have 20; half of all numbers have more than 30.
-PLAIN_EDGES, PLAIN = 20, Demand(0.94, 1.2, 0.93)  # at most; PLAIN then applies at any likeness
-SURE_KEPT, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_KEPT, and as MIN_OUTSIDE along all sides but one
-MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
+PLAIN_EDGES, PLAIN = 20, Requirement(0.94, 1.2, 0.93)  # at most; PLAIN then applies at any likeness
+SURE_INLIER_SHARE, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_INLIER_SHARE, and as MIN_OUTSIDE along all sides but one
+MIN_SCORE_GAP, WIDE_SCORE_GAP = 0.03, 0.1  # to the next best word
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
 BAD_CELL = 0.4  # of the contrast: a cell whose mean differs more is a bad one
 COVERED_CELLS, CODE_COVERED_CELLS = 3, 2  # bad cells, those of the data counted twice; bad data cells
 MAX_BAD_RIM = 4  # cells
-MIN_KEPT = 0.7  # share of the samples that agree with the drawing
+MIN_INLIER_SHARE = 0.7  # share of the samples that agree with the drawing
 MIN_OUTSIDE = -0.3  # of the contrast: paper darker than this along a whole side belongs to something larger, ...
 WHOLE_LIKENESS = 0.92  # ... unless the likeness is this high
-SURE_MARGIN_DETAIL = 0.93  # above this detail, the margin must be right
+SURE_MARGIN_CORRELATION = 0.93  # above this correlation, the margin must be right
 OVERLAP = 0.4  # of the side: markers nearer to each other are one
 MAX_POSE_ERROR = 0.05  # of the side: rms reprojection error of the best pose
 
 # -- Reading of partly covered markers (covered_cells.py)
-# Sensitivity: one hard marker less (COVERED_LIKENESS, COVERED_GAP). Code words differ in at least 4 cells.
+# Sensitivity: one hard marker less (COVERED_LIKENESS, COVERED_SCORE_GAP). Code words differ in at least 4 cells.
 ODD_CELL, ODD_NOISE = (0.15, 0.35), 4.0  # of the contrast, least and most; of the noise: beyond black or white is odd
 ODD_PLACES = 2.0  # odd samples: the cell may be covered
 BETWEEN_CELL = 0.2  # of the contrast, from grey: may be covered
 COVERED_BORDER, COVERED_DEPTH = 0.35, 3  # of the contrast, cells of the border that are not black; cells next to them
 MIN_UNCOVERED = 12  # data cells
-MAX_UNCOVERED_ERROR, MIN_UNCOVERED_GAP = 0.5, 1.0  # of the contrast, in any cell; squared and summed: to the next word
+MAX_UNCOVERED_ERROR = 0.5  # of the contrast, in any cell
+MIN_UNCOVERED_SCORE_GAP = 1.0  # squared and summed: to the next word
 COVERED_LIKENESS = 0.75  # of a marker that is aligned with this word: accepted; half a marker in the light has had 0.65
-COVERED_GAP, COVERED_GAP_BY_ERROR = 1.4, 2.0  # the same gap, what of the error is added: accepted
+COVERED_SCORE_GAP, COVERED_SCORE_GAP_BY_ERROR = 1.4, 2.0  # the same gap, what of the error is added: accepted
 
 # -- Corners of large markers (edge_refiner.py, detector.py)
 # Sensitivity: up to 0.1 degrees.
@@ -171,32 +174,41 @@ MIN_BROKEN_SIDE = 18.0  # px
 MIN_SHOWN = 0.3  # share of the rim that the four parts cover
 
 # -- Reading in uneven light (local_contrast.py, uneven_light.py)
-# Sensitivity: none, but the rotation of hard +0.3 (EVEN_KEPT), of shadows +0.06 (LOCAL_STEPS). False squares have
-# surpluses of up to 0.17 and gaps of up to 0.05.
+# Sensitivity: none, but the rotation of hard +0.3 (EVEN_INLIER_SHARE), of shadows +0.06 (LOCAL_STEPS). False squares
+# have margin ratios of up to 0.17 and score gaps of up to 0.05.
 DARK_GREY = 6.0  # greys, added to both sides of an edge: black is never read as less
 MIN_LOCAL_CONTRAST, MIN_LOCAL_SHARE = 0.08, 0.4  # of an edge, of the typical one: smaller contrasts are no edges
 MIN_LOCAL_STEP = 5.0  # greys
 MAX_PLAIN_CONTRAST = 0.5  # of the typical one: an edge in the border without a step
 MAX_EDGE_COST = 0.7  # of the typical contrast: worse edges count as this
 MIN_LOCAL_RIM = 0.85  # share of the rim that is an edge: worth reading
-MIN_FIRST_FIT, MIN_FIRST_GAP, MIN_FIRST_PLAIN = 0.66, 0.03, 0.8  # before the edges are aligned: worth that
+MIN_FIRST_FIT, MIN_FIRST_SCORE_GAP, MIN_FIRST_PLAIN = 0.66, 0.03, 0.8  # before the edges are aligned: worth that
 KNOWN_REACH = 0.8  # of the side: nearer to the middle of a known marker nothing is searched
 MAX_LOCAL_READ, MAX_LOCAL = 24, 12  # candidates in one image that are read, whose edges are aligned
-EVEN_KEPT = 0.87  # share of the samples that agree with the drawing: more needs no look at the edges
+EVEN_INLIER_SHARE = 0.87  # share of the samples that agree with the drawing: more needs no look at the edges
 LOCAL_REACH = 0.42  # cells: what is read across an edge, at most
 MAX_LOCAL_REACH = 2.3  # px
 FIRST_LOCAL_REACH = 1.6  # times that, in the first step of a fit that may start far away
 LOCAL_STEPS = 4
 EDGES_SETTLED = 0.02  # px: a step that moves no edge further is the last
 MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
-LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
-PLAIN_LOCAL_FIT, PLAIN_LOCAL_SURPLUS = 0.85, 0.5  # the same of codes with few edges (PLAIN_EDGES)
+LOCAL_FIT, LOCAL_SCORE_GAP, LOCAL_MARGIN_RATIO = 0.72, 0.035, 0.25  # of the aligned marker: accepted
+PLAIN_LOCAL_FIT, PLAIN_LOCAL_MARGIN_RATIO = 0.85, 0.5  # the same of codes with few edges (PLAIN_EDGES)
 LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
 RIM_INSIDE, RIM_NEAR, RIM_FAR = 0.36, 0.14, 0.6  # cells inside the rim, and beyond it, where margins are read
 THIN_MARGIN_STEP, THIN_MARGIN_SHARE = 0.75, 0.5  # of the contrast near the rim, share of the rim: less is a thin margin
 THIN_MARGIN_REACH, THIN_MARGIN_RIM = 0.15, 0.9  # cells read across the rim, share of it that agrees: accepted
-WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
+WELL_READ_FIT, WELL_READ_SCORE_GAP = 0.9, 0.1  # of the coarse decoding: read the edges if the greys do not fit
 AGAIN_FIT, AGAIN_THIN_FIT = 0.85, 0.75  # of the local contrasts of these: accepted; with a thin margin
+
+# -- A stripe of glare across a marker (glare.py)
+# Sensitivity, on photos of glare: greys from 225 on taken for saturated lose one of 16 markers, no greys four.
+SATURATED, MIN_SATURATED = 250, 0.003  # grey; share of the marker that is as bright
+MIN_GLARE_RIM, MAX_GLARE_READ = 0.6, 40  # share of the rim that is an edge: worth reading; candidates in one image
+MIN_GLARE_WHITE = 25.0  # light of white cells, less that of black
+MIN_GLARE, MAX_GLARE_ERROR = 0.5, 0.1  # of white: what the stripe adds somewhere; mean error of the border without it
+MIN_GLARE_ROOM, MIN_GLARE_SEEN = 0.35, 0.4  # of white: less is not told from black; share of a cell's samples
+MIN_GLARE_SCORE_GAP, MAX_GLARE_MISFIT = 1.4, 0.6  # squared and summed over the cells: to the next word, of the best
 
 # -- Stripes of light and shadow (striped_light.py)
 # Sensitivity, on photos of shadows: none. Without stripes the share is below 0.6 in nine of ten images, the sum below

@@ -1,16 +1,18 @@
 """Find markers in uneven light: local contrast decides the code, the edges of the cells give the corners."""
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats
-from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
+from alvar_core.detection import broken_outlines, candidates, edge_alignment, glare, homography, thresholds
 from alvar_core.detection.acceptance import Ended, Shortfall, above, edges
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
+from alvar_core.detection.glare import GlareReader
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
@@ -21,21 +23,23 @@ _UNSEEN, _UNSURE = ('EDGES_SEEN', 0.0, thresholds.MIN_SEEN_EDGES), ('SAME_WORD',
 class Found(NamedTuple):
     """A marker that was found.
 
-    ``word``: index of its code word, ``fit`` and ``gap`` of that; ``corners`` (4, 2) [ideal px], their ``covariance``
-    (8, 8) [px^2]; ``thin``: the white margin is too narrow to measure the rim.
+    ``word``: index of its code word, ``fit`` and ``score_gap`` of that; ``corners`` (4, 2) [ideal px], their
+    ``covariance`` (8, 8) [px^2]; ``thin``: the white margin is too narrow to measure the rim; ``image``: that
+    without glare, if the marker was found there.
     """
 
     word: int
     fit: float
-    gap: float
+    score_gap: float
     corners: Floats
     covariance: Floats
     thin: bool
+    image: PreparedImage | None = None
 
     @property
-    def surplus(self) -> float:
-        """Return the gap as a share of what the word leaves unexplained."""
-        return self.gap / (thresholds.BEST_FIT - min(self.fit, 1.0))
+    def margin_ratio(self) -> float:
+        """Return the score gap as a share of what the word leaves unexplained."""
+        return self.score_gap / (thresholds.BEST_FIT - min(self.fit, 1.0))
 
 
 class UnevenLight:
@@ -49,6 +53,7 @@ class UnevenLight:
         self._inner_edges = edges(black_cells(self.decoder.words, margin))
         self._points: dict[tuple[int, str], EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        self._glare_reader = GlareReader(margin)
         self._near, self._far = (self._rim_points(beyond) for beyond in (thresholds.RIM_NEAR, thresholds.RIM_FAR))
 
     @staticmethod
@@ -69,6 +74,11 @@ class UnevenLight:
         quads = quads[free_of(known, quads.mean(1))]
         if not len(quads):
             return []
+        found = self._by_contrast(image, quads, ended)
+        return found + self._in_glare(image, quads, found)
+
+    def _by_contrast(self, image: PreparedImage, quads: Floats, ended: list[Ended] | None) -> list[Found]:
+        """Return the markers among quads (N, 4, 2) [real px] that local contrasts show."""
         h = homography.from_square(quads, self.half)
         rim, _ = self.decoder.rim(image.smooth, h)
         likely = np.flatnonzero(rim > thresholds.MIN_LOCAL_RIM)
@@ -78,10 +88,10 @@ class UnevenLight:
         quads, h = quads[chosen], h[chosen]
         match = self.decoder.match(image.smooth, h)
         promising = []
-        for m, (fit, gap, plain) in enumerate(zip(match.fit, match.gap, match.plain)):
+        for m, (fit, score_gap, plain) in enumerate(zip(match.fit, match.score_gap, match.plain)):
             missed = above(('MIN_FIRST_PLAIN', plain, thresholds.MIN_FIRST_PLAIN),
                            ('MIN_FIRST_FIT', fit, thresholds.MIN_FIRST_FIT),
-                           ('MIN_FIRST_GAP', gap, thresholds.MIN_FIRST_GAP))
+                           ('MIN_FIRST_SCORE_GAP', score_gap, thresholds.MIN_FIRST_SCORE_GAP))
             if missed is None:
                 promising.append(m)
             elif ended is not None:
@@ -95,6 +105,23 @@ class UnevenLight:
             one = self.aligned(image, quads[m], int(match.word[m]), ended=ended)
             if one is not None:
                 found.append(one)
+        return found
+
+    def _in_glare(self, image: PreparedImage, quads: Floats, known: Sequence[Found]) -> list[Found]:
+        """Return the markers at quads (N, 4, 2) [real px], away from known ones, after a stripe of glare is removed."""
+        found: list[Found] = []
+        if not glare.may_be_there(image):
+            return found
+        shown = self.decoder.contrasts(image.smooth, homography.from_square(quads, self.half), self._far)
+        rim = (shown.reshape(len(quads), -1) > thresholds.MIN_LOCAL_CONTRAST).mean(1)
+        for quad in quads[glare.likely(rim)]:
+            if any(math.dist(each.corners.mean(0), quad.mean(0)) < thresholds.OVERLAP * np.ptp(quad, 0).max()
+                   for each in [*known, *found]):
+                continue
+            seen = self._glare_reader.read(image, quad)
+            one = self._aligned(seen.image, quad, seen.word, True) if seen is not None else None
+            if seen is not None and isinstance(one, Found):
+                found.append(one._replace(fit=seen.fit, score_gap=0.0, image=seen.image))
         return found
 
     def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False,
@@ -137,21 +164,22 @@ class UnevenLight:
             rim = self._thin_rim(image, h)
         else:
             covariance = self._of_corners(h, result.covariance)
-        surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
+        margin_ratio = again.score_gap[0] / (thresholds.BEST_FIT - again.fit[0])
         missed = above(('LOCAL_PLAIN', again.plain[0], thresholds.LOCAL_PLAIN),
                        ('LOCAL_RIM', rim, thresholds.LOCAL_RIM),
                        ('MIN_SEEN_EDGES', result.seen, thresholds.MIN_SEEN_EDGES))
         if missed is None and not known:
-            plain = ([('PLAIN_LOCAL_FIT', again.fit[0], thresholds.PLAIN_LOCAL_FIT),
-                      ('PLAIN_LOCAL_SURPLUS', surplus, thresholds.PLAIN_LOCAL_SURPLUS)] if self.is_plain(word) else [])
+            plain = [('PLAIN_LOCAL_FIT', again.fit[0], thresholds.PLAIN_LOCAL_FIT),
+                     ('PLAIN_LOCAL_MARGIN_RATIO', margin_ratio, thresholds.PLAIN_LOCAL_MARGIN_RATIO)]
             missed = above(('LOCAL_FIT', again.fit[0], thresholds.LOCAL_FIT),
-                           ('LOCAL_GAP', again.gap[0], thresholds.LOCAL_GAP),
-                           ('LOCAL_SURPLUS', surplus, thresholds.LOCAL_SURPLUS), *plain)
+                           ('LOCAL_SCORE_GAP', again.score_gap[0], thresholds.LOCAL_SCORE_GAP),
+                           ('LOCAL_MARGIN_RATIO', margin_ratio, thresholds.LOCAL_MARGIN_RATIO),
+                           *(plain if self.is_plain(word) else ()))
         if missed is not None:
             return missed
         corners = homography.apply(h[None], self._square)[0]
         covariance = covariance + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
-        return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance, thin)
+        return Found(word, float(again.fit[0]), float(again.score_gap[0]), corners, covariance, thin)
 
     def is_plain(self, word: int) -> bool:
         """Return whether dark things look like this code word by chance, so that its thresholds are higher."""

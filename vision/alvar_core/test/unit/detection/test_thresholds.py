@@ -16,6 +16,7 @@ NO_THRESHOLDS = {
     'prepared_image.MOST': 'images kept for reuse',
     'alignment.DISTANCES': 'of the table of sample weights', 'alignment.WEIGHTS': 'of the table of sample weights',
     'local_contrast.ALONG': 'where contrasts are read', 'local_contrast.ACROSS': 'where contrasts are read',
+    'glare.PER_CELL': 'samples that are read', 'glare.BINS': 'distances at which the light is measured',
     'pose.DEGREES_OF_FREEDOM': 'eight coordinates less six of a pose',
     'reading.DEPTHS': 'where the coarse decoding reads',
 }

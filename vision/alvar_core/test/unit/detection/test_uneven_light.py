@@ -43,7 +43,7 @@ def test_code_is_read_whatever_light_is_left_in_half_of_it(left):
     image[:, 72:] *= left
     h = homography.from_square(np.array([[[19.5, 19.5], [109.5, 19.5], [109.5, 109.5], [19.5, 109.5]]]), 4.5)
     match = LocalDecoder(2).match(image.astype(np.uint8), h)
-    assert match.word[0] == 77 and match.fit[0] > 0.75 and match.gap[0] > 0.05
+    assert match.word[0] == 77 and match.fit[0] > 0.75 and match.score_gap[0] > 0.05
     assert match.rim[0] > 0.9 and match.plain[0] > 0.8
 
 
@@ -114,6 +114,13 @@ def test_markers_in_the_glare_of_a_lamp_are_exact():
     score = scored('glare', 16)
     assert score.recall >= 80 and np.median(score.corners()) < 0.15 and max(score.corners()) < 1.0  # px
     assert max(score.rotations(sure=True)) < 3.0 and sum(score.flags()) <= 1  # degrees
+    assert score.wrong == score.false == 0
+
+
+def test_markers_under_a_lamp_reflected_in_laminate_are_found_and_exact():
+    score = scored('laminate', 12)
+    assert score.recall >= 50 and np.median(score.corners()) < 0.15  # px
+    assert max(score.rotations(sure=True)) < 3.0  # degrees
     assert score.wrong == score.false == 0
 
 
