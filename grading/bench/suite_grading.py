@@ -50,15 +50,16 @@ def right_program(exercise):
 
 
 def _programs(exercise, name, both=False):
-    """Return the samples of this name in Python, or, of an exercise without these, the launch files; or both."""
-    python, launch = (list((SAMPLES / exercise).glob(f'{name}.{ending}')) for ending in ('py', 'launch'))
-    return [*python, *launch] if both else python or launch
+    """Return the samples of this name in Python, or, of an exercise without these, other ones; or both."""
+    python, *others = (list((SAMPLES / exercise).glob(f'{name}.{ending}')) for ending in ('py', 'launch', 'cmd'))
+    return [*python, *sum(others, [])] if both else python or sum(others, [])
 
 
 def hand_in(program, student):
-    """Put a sample, or a launch file with its package, into the folder of a student."""
-    if program.suffix == '.launch':
-        shutil.copytree(program.parent, student, ignore=shutil.ignore_patterns('*.launch'), dirs_exist_ok=True)
+    """Put a sample into the folder of a student, and what lies beside it if it is not in Python."""
+    if program.suffix != '.py':
+        shutil.copytree(program.parent, student, ignore=shutil.ignore_patterns(f'*{program.suffix}'),
+                        dirs_exist_ok=True)
     student.mkdir(parents=True, exist_ok=True)
     shutil.copy(program, student / f'{program.parent.name}{program.suffix}')
 

@@ -75,7 +75,7 @@ class GlareReader:
 
     def read(self, image: PreparedImage, quad: Floats) -> WithoutGlare | None:
         """Return the marker at a quad (4, 2) [real px]; None unless a stripe fits its border, and its code is sure."""
-        to_patch = cv2.getPerspectiveTransform(quad.astype(np.float32), self._square)
+        to_patch: Floats = np.asarray(cv2.getPerspectiveTransform(quad.astype(np.float32), self._square), float)
         grey = cv2.warpPerspective(image.grey, to_patch, (self._side, self._side))
         if (grey >= thresholds.SATURATED).mean() < thresholds.MIN_SATURATED:
             return None
@@ -134,8 +134,8 @@ class GlareReader:
 
     def _without(self, image: PreparedImage, to_patch: Floats, stripe: _Stripe) -> PreparedImage:
         """Return the image without the stripe on the marker and around it."""
-        patch = cv2.perspectiveTransform(self._square[None] + np.float32([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-                                         * 1.5 * PER_CELL, np.linalg.inv(to_patch))[0]
+        margin = 1.5 * PER_CELL * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+        patch = cv2.perspectiveTransform((self._square + margin)[None], np.linalg.inv(to_patch))[0]
         height, width = image.grey.shape
         left, top = np.maximum(np.floor(patch.min(0)), 0).astype(int)
         right, bottom = np.minimum(np.ceil(patch.max(0)), [width - 1, height - 1]).astype(int)
