@@ -33,6 +33,7 @@ start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 # Nodes that run beside the simulator of the Robotont, as for navigation:
 # beside: [map_server, amcl]
 # odometry: {noise: 20 mm}  # of that robot; 0 by default
+# parameters: {/move_base/recovery_behavior_enabled: false}  # instead of those in the launch files of these nodes
 # localised: true  # amcl knows where the robot starts
 # unmapped: [box]  # names of what is not on the map of map_server
 
