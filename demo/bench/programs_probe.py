@@ -22,19 +22,19 @@ class Topic:
 
     def __init__(self, condition):
         self.condition, self.name = condition, condition['topic']
+        self._reads = {'moved', 'near', 'contains'} & set(condition)  # else messages are only counted
         self._count, self._path, self._at, self._held, self._subscriber = 0, 0.0, None, False, None
 
     @property
     def held(self):
         if self._subscriber is None:
-            kind = rostopic.get_topic_class(self.name)[0] if {'moved', 'near', 'contains'} & set(self.condition) else (
-                rospy.AnyMsg)
+            kind = rostopic.get_topic_class(self.name)[0] if self._reads else rospy.AnyMsg
             self._subscriber = kind and rospy.Subscriber(self.name, kind, self._store)
         return self._held
 
     def _store(self, message):
         self._count += 1
-        if isinstance(message, rospy.AnyMsg):
+        if not self._reads:
             self._held = self._count >= self.condition.get('count', 1)
             return
         if 'contains' in self.condition:

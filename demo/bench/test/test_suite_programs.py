@@ -90,6 +90,16 @@ def test_folder_must_be_there():
         measure.parse(['programs', '/nonexistent'])
 
 
+def test_messages_of_a_topic_that_the_node_reads_already_are_counted():
+    pytest.importorskip('rospy')
+    from programs_probe import Topic
+    from rosgraph_msgs.msg import Clock
+    topic = Topic({'topic': '/clock', 'count': 2})
+    for held in (False, True):
+        topic._store(Clock())
+        assert topic._held is held
+
+
 @pytest.mark.release
 def test_a_program_runs_to_its_end(public):
     pytest.importorskip('rospy')
