@@ -224,7 +224,7 @@ class PanelsTest(SimulatorCase):
         self.assertGreater(max(x), 6.0)
         times = [float(row['time']) for row in rows]
         self.assertEqual(sorted(times), times)
-        self.assertIn('fields=%2Fturtle1%2Fpose%2Fx%2C%2Fturtle1%2Fpose%2Fy', self.browser.driver.current_url)
+        self.assertIn('fields=%2Fturtle1%2Fpose%2Fx,%2Fturtle1%2Fpose%2Fy', self.browser.driver.current_url)
 
     def test_a_new_node_appears_in_the_graph_and_goes(self):
         self.open('graph')
