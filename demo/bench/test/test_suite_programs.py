@@ -92,8 +92,9 @@ def test_folder_must_be_there():
 
 def test_messages_of_a_topic_that_the_node_reads_already_are_counted():
     pytest.importorskip('rospy')
-    from programs_probe import Topic
     from rosgraph_msgs.msg import Clock
+
+    from programs_probe import Topic
     topic = Topic({'topic': '/clock', 'count': 2})
     for held in (False, True):
         topic._store(Clock())
