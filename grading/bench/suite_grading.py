@@ -51,8 +51,9 @@ def right_program(exercise):
 
 def _programs(exercise, name, both=False):
     """Return the samples of this name in Python, or, of an exercise without these, other ones; or both."""
-    python, *others = (list((SAMPLES / exercise).glob(f'{name}.{ending}')) for ending in ('py', 'launch', 'cmd'))
-    return [*python, *sum(others, [])] if both else python or sum(others, [])
+    python, launch, commands = (list((SAMPLES / exercise).glob(f'{name}.{ending}'))
+                                for ending in ('py', 'launch', 'cmd'))
+    return python + launch + commands if both else python or launch + commands
 
 
 def hand_in(program, student):
