@@ -122,6 +122,9 @@ MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
      'check 1 (positions) needs the line: allows: [teleport]'),
     ({'checks': [{'check': 'pen', 'colour': [0, 0, 0], 'points': 100}], 'simulator': 'robotont'},
      'check 1 (pen) needs simulator: turtlesim'),
+    ({'checks': [{'check': 'same_path', 'points': 100}]}, 'check 1 (same_path) needs the key solution: a program to '
+     'compare with'),
+    ({'solution': 'pass'}, 'solution is for the check same_path, and checks has none'),
     ({'checks': [{'check': 'passes', 'x': '5 m', 'points': 100}]}, 'check 1 (passes) needs either x and y, or through'),
     ({'checks': [{'check': 'draws', 'shape': 'line', 'points': 100}]}, 'check 1 (draws) needs the key through'),
     ({'checks': [{'check': 'passes', 'through': [['5 m']], 'points': 100}]},

@@ -367,6 +367,24 @@ def test_points_are_passed_in_their_order(legs, share, seen):
     assert back.share < 0.5
 
 
+@pytest.mark.parametrize('legs, least, most, seen', [
+    ([(2.0, 1.0, 0.0), TURN, (3.0, 1.0, 0.0)], 1.0, 1.0, 'of which 100% lies there'),
+    ([(2.0, 1.0, 0.0), TURN, (1.0, 1.0, 0.0)], 0.2, 0.4,
+     'of which 100% lies there; it follows the solution for 62% of its way, and does not reach (6.00, '),
+    ([(2.0, 1.0, 0.0), TURN, (3.0, 1.0, 0.0), TURN, (2.0, 1.0, 0.0)], 0.65, 0.8, 'of which 73% lies there'),
+    ([TURN, (3.0, 1.0, 0.0)], 0.0, 0.1, 'it follows the solution for 2% of its way'),  # it turns too early
+    ([], 0.0, 0.0, 'it did not move')])
+def test_a_path_is_that_of_the_solution(legs, least, most, seen):
+    turtle = GradedTurtle(x=4.0, y=3.0)
+    for leg in legs:
+        turtle.drive(*leg)
+    turtle.observed.solution = [(4.0, 3.0), (6.0, 3.0), (6.0, 6.0)]
+    found = registry.judge('same_path', turtle.observed, {'tolerance': 0.1})
+    assert least - 1e-3 <= found.share <= most and seen in found.seen
+    turtle.observed.solution.reverse()
+    assert registry.judge('same_path', turtle.observed, {'tolerance': 0.1}).share < 0.5
+
+
 def test_what_is_hidden_counts_and_is_not_told():
     content = yaml.safe_load((FOLDER / 'stop_at_x.yaml').read_text())
     content['checks'][1]['visible'] = 'after the deadline'

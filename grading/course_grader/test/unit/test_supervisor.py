@@ -1,12 +1,13 @@
 """course_grader.supervision.supervisor: when an attempt is repeated, and what the last one says."""
+import os
 import threading
 import time
 import types
 
 import pytest
 
-from course_grader.rules import scoring
-from course_grader.rules.observation import Observed
+from course_grader.rules import exercise, scoring
+from course_grader.rules.observation import Observed, Sample
 from course_grader.supervision import supervisor
 from course_grader.supervision.job import Attempted, Job
 from course_grader.supervision.supervisor import MAX_REPEATED, Supervisor
@@ -113,10 +114,40 @@ def test_of_several_starts_the_worst_counts(scores, score, counts, made):
                for one in scores]
     attempts, seeds = Attempts(*results), []
     attempts._grade = lambda job, limit, say: seeds.append(job.seed) or Supervisor._grade(attempts, job, limit, say)
-    job = Job(types.SimpleNamespace(time=10.0, starts=3, shift={}), (), '', '', 7)
+    job = Job(types.SimpleNamespace(time=10.0, starts=3, shift={}, solution=''), (), '', '', 7)
     got = Supervisor._starts(attempts, job, None, lambda text: None)[1]
     assert (got.verdict.score, seeds) == (score, [7, 10_007, 20_007][:made])
     assert got.remarks[0].startswith(f'start {counts} of 3 counts')
+
+
+SAME_PATH = exercise.parse({'title': 'T', 'asks': 'Drive.', 'time': '9 s', 'solution': 'pass',
+                            'checks': [{'check': 'same_path', 'points': 100}]})
+DRIVEN = [Sample(0.1 * tick, 0.1 * tick, 0.0, 0.0) for tick in range(30)]
+
+
+@pytest.mark.parametrize('track, outcome, reason', [
+    (DRIVEN, 'passed', ''),
+    ([], 'undecided', 'the solution in the exercise file does not pass: 0 of 100: asked: the path of the solution, ')])
+def test_the_solution_is_graded_once_for_each_start(monkeypatch, track, outcome, reason):
+    graded = []
+
+    def grade(job, limit, say):
+        graded.append(job)
+        observed = Observed(track=list(track), solution=list(job.solution))
+        return Attempted(scoring.decide(job.exercise, observed), observed)
+    attempts = Attempts()
+    attempts._grade, attempts._solving, attempts._solutions = grade, threading.Lock(), {}
+    attempts._solution = lambda job, limit: Supervisor._solution(attempts, job, limit)
+    job = Job(SAME_PATH, ('student.py',), 'theirs', 'results', 1, packages='theirs')
+    found = [Supervisor._starts(attempts, job._replace(seed=seed), None, lambda text: None)[1].verdict
+             for seed in (1, 1, 2)]
+    assert {one.outcome for one in found} == {outcome}
+    assert all(''.join(one.objections).startswith(reason) for one in found)
+    students = [one for one in graded if one.command == ('student.py',)]
+    solutions = [one for one in graded if one not in students]
+    assert [one.seed for one in solutions] == ([1, 2] if track else [1, 1, 2])
+    assert len(students) == (3 if track else 0)
+    assert not any(one.packages or one.isolation.own or os.path.exists(one.command[0]) for one in solutions)
 
 
 def test_an_attempt_alone_waits_for_the_others_which_then_wait_for_it():

@@ -185,7 +185,7 @@ class Attempt:
         self._node = f'/grader_{uuid.uuid4().hex[:12]}'
         self.student = None
         self.finished = False
-        self.observed = Observed(plan=world_format.parse(self.exercise.world))
+        self.observed = Observed(plan=world_format.parse(self.exercise.world), solution=list(job.solution))
         self.observed.add_robots(self.exercise.robots)
         self._fakes = {**FAKES, **dict.fromkeys(beside.topics(self.exercise.beside), 'fake_result'),
                        **dict.fromkeys(robots.topics(self.exercise.robots), 'fake_pose')}

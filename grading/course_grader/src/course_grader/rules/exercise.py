@@ -123,6 +123,7 @@ KEYS: Parameters = {
     'shift': Parameter('mapping', {}, 'by how much the world, and the points of `stops` and `passes`, are shifted, '
                        'drawn by the seed'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
+    'solution': Parameter('text', '', 'a Python program that does what is asked, for the check `same_path`'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
     'checks': Parameter('list', ..., 'what counts'),
     'symptoms': Parameter('list', [], 'advice for mistakes, to a program that lost points')}
@@ -199,6 +200,7 @@ class Exercise(NamedTuple):
     varies: bool = False  # whether it has values that differ from student to student
     starts: int = 1  # how often a program is graded, each time with other drawn values
     robots: Dict[str, Dict[str, Span]] = {}  # several ones, by name, each with its start as in ``start``
+    solution: str = ''  # a Python program whose path is compared with that of students
 
 
 def load(path: documents.Path, student: str = '') -> Exercise:
@@ -251,7 +253,7 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
                         [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
                         odometry, values['parameters'], values['localised'], tuple(values['unmapped']),
-                        bool(values['vary']), values['starts'], robots)
+                        bool(values['vary']), values['starts'], robots, values['solution'])
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -384,6 +386,8 @@ def _contradictions(made: Exercise) -> Iterator[str]:
     """Yield texts about requirements that no program can fulfil."""
     for number, rule in enumerate(made.rules, 1):
         yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
+    if made.solution and not any(rule.name == 'same_path' for rule in made.rules):
+        yield 'solution is for the check same_path, and checks has none'
     for number, (what, values) in enumerate(made.stimuli, 1):
         where, end = f'stimulus {number} ({what})', values.get('after', 0.0) + values.get('for', 0.0)
         if end > made.time or (what == 'call' and end >= made.time):
@@ -411,6 +415,8 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs either x and y, or through'
     yield from _missing_robot(rule, made)
     yield from _missing_stimulus(rule, made)
+    if rule.name == 'same_path' and not made.solution:
+        yield 'needs the key solution: a program to compare with'
     if rule.name in ('maps', 'navigates') and not made.world:
         yield 'needs a world: there are no walls'
     if rule.name in ('prints_markers', 'prints_no_marker'):

@@ -76,7 +76,7 @@ def fit(path: ArrayLike, shape: str, tolerance: float, line: ArrayLike = ()) -> 
         if outline is None:
             continue
         widest = math.inf if shape == LINE else SHAPES[shape].max_tolerance * size
-        candidate = _compare(rest, resample(outline), min(tolerance, widest), size)
+        candidate = compared(rest, resample(outline), min(tolerance, widest), size)
         if candidate.quality > best.quality + 1e-9:
             best = candidate
         if best.quality >= 1.0:
@@ -84,7 +84,8 @@ def fit(path: ArrayLike, shape: str, tolerance: float, line: ArrayLike = ()) -> 
     return best
 
 
-def _compare(path: Floats, outline: Floats, tolerance: float, size: float) -> Fit:
+def compared(path: Floats, outline: Floats, tolerance: float, size: float = 0.0) -> Fit:
+    """Return the Fit of points of a path to points of an outline at equal distances, each of shape (n, 2) [m]."""
     distances = np.hypot(path[:, None, 0] - outline[None, :, 0], path[:, None, 1] - outline[None, :, 1])
     step = np.hypot(*(outline[1] - outline[0])) / 2.0  # between two points of the outline
     near = _shares(distances.min(axis=1) - step, tolerance)

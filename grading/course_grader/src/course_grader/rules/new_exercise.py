@@ -51,6 +51,11 @@ checks:
   - {check: stops, points: 60, must: true, x: 9 m, tolerance: 0.15 m, size: 1 m}
   - {check: connects, points: 20, topic: /turtle1/pose, role: subscribes}
 
+# A program that does what is asked, for {check: same_path}: students have to drive as it does from the same start.
+# solution: |
+#   import rospy
+#   ...
+
 # Advice for mistakes of this exercise. All that is given has to hold:
 symptoms:
   - {lost: stops, linear: at most -0.01 m/s, hint: a negative linear.x drives backward}

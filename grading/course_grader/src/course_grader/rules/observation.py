@@ -156,6 +156,7 @@ class Observed:
     moved: List[Tuple[float, FloorPlan]] = field(default_factory=list)  # when the grader moved a panel, the new plan
     destinations: List[Destination] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
+    solution: List[Tuple[float, float]] = field(default_factory=list)  # the path of the exercise's solution [m]
     source: str = ''  # of the Python programs
     start: float = 0.0
     seconds: float = 0.0  # how long it was observed, since start

@@ -33,6 +33,8 @@ RULES: Dict[str, Rule] = {
         'through': Parameter('points', (), 'instead of x and y, several points in this order: `[[2 m, 3 m], '
                              '[5 m, 3 m]]`'),
         'tolerance': Parameter('length', 0.1, 'how far from it the path may be')}),
+    'same_path': Rule(rules_driving.same_path, {
+        'tolerance': Parameter('length', 0.1, 'how far from it the path may be')}),
     'apart': Rule(rules_driving.apart, {
         'distance': Parameter('length', 0.38, 'between their middles; two Robotonts that touch are 0.36 m apart')}),
     'repeats': Rule(rules_driving.repeats, {

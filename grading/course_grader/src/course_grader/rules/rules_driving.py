@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, List, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from alvar_core.arrays import Floats
+from alvar_core.arrays import ArrayLike, Floats
 from course_grader.rules import fits
 from course_grader.rules.judging import ANY, MISSED, Result, counted, nearness, period, within, written
 from course_grader.rules.observation import Command, Observed, Sample
@@ -134,13 +134,7 @@ def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
     path = observed.drawn()
     if not fits.path_length(path):
         return Result(0.0, asked, 'it did not move')
-    passed = rest = 0
-    for x, y in points:
-        near = next((number for number in range(rest, len(path))
-                     if math.dist(path[number], (x, y)) <= wanted.tolerance), None)
-        if near is None:
-            break
-        passed, rest = passed + 1, near
+    passed, rest = _passed(path, points, wanted.tolerance)
     x, y = points[min(passed, len(points) - 1)]
     apart = min(math.dist(position, (x, y)) for position in path[rest:])
     seen = _path_text(observed, f'that comes as near as {apart:.2f} m')
@@ -148,6 +142,34 @@ def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
         seen = f'it passes {passed} of {len(points)} in this order' + (
             '' if passed == len(points) else f', and comes as near as {apart:.2f} m to ({x:g}, {y:g}) after that')
     return Result(counted(passed, len(points)), asked, seen)
+
+
+def same_path(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The path is that of the exercise's solution, from the same start, in the same direction."""
+    points = fits.resample(observed.solution)
+    asked = f'the path of the solution, {fits.path_length(observed.solution):.2f} m, within {wanted.tolerance:g} m'
+    path = observed.drawn()
+    if not (fits.path_length(path) and len(points)):  # the solution itself is graded without one
+        return Result(0.0, asked, _path_text(observed, 'is compared with nothing'))
+    passed, _ = _passed(path, points, wanted.tolerance)
+    share = fits.compared(fits.resample(path), points, wanted.tolerance).on_outline
+    seen = _path_text(observed, f'of which {share:.0%} lies there')
+    if passed < len(points):
+        x, y = points[passed]
+        seen += (f'; it follows the solution for {passed / len(points):.0%} of its way, and does not reach '
+                 f'({x:.2f}, {y:.2f})')
+    return Result(counted(passed, len(points)) * share, asked, seen)
+
+
+def _passed(path: ArrayLike, points: ArrayLike, tolerance: float) -> Tuple[int, int]:
+    """Return how many points a path passes in their order, and the index in the path where it passes the last one."""
+    line, rest = np.asarray(path, float), 0
+    for passed, point in enumerate(np.asarray(points, float)):
+        near = np.flatnonzero(np.hypot(*(line[rest:] - point).T) <= tolerance)
+        if not len(near):
+            return passed, rest
+        rest += int(near[0])
+    return len(np.asarray(points)), rest
 
 
 def apart(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -18,7 +18,8 @@ class Job(NamedTuple):
     ``command`` was typed in ``folder``; ``output``: folder for all files; ``packages``: folder with the program's
     packages, by default the package of its file; ``real_time``: always at the speed of the wall clock; ``mark``: the
     value by which all processes of the grading are found; ``isolation``: what the program may see and use;
-    ``sourced``: packages that rosrun finds, too; ``limit`` [s] of wall time for the attempt.
+    ``sourced``: packages that rosrun finds, too; ``limit`` [s] of wall time for the attempt; ``solution``: the path
+    [(x, y)] [m] of the exercise's solution from the same start.
     """
 
     exercise: Exercise
@@ -32,6 +33,7 @@ class Job(NamedTuple):
     isolation: Isolation = Isolation()
     sourced: Sourced = Sourced()
     limit: float = math.inf
+    solution: Tuple[Tuple[float, float], ...] = ()
 
 
 class Attempted(NamedTuple):

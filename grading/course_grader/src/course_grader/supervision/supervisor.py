@@ -8,25 +8,28 @@ Threads: create a Supervisor while the process has one thread; ``grade`` may the
 ``stop`` in any.
 """
 import contextlib
+import dataclasses
 import math
 import os
+import tempfile
 import threading
 import time
 import uuid
 from types import ModuleType
-from typing import Callable, Container, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
+from typing import Callable, Container, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
 
 import psutil
 
 from course_grader.formats import report
 from course_grader.isolation import sandbox
+from course_grader.isolation.sourced import Sourced
 from course_grader.rules import random_stimuli, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
 from kinematic_core.timing.recorder import ACTIVE
-from plain_support import processes
+from plain_support import processes, write_whole
 
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
 RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # the files of a grading
@@ -42,6 +45,7 @@ STOP_POLL = 1.0  # [s] between two checks whether a process was stopped
 MAX_REPEATED = 45.0  # [s] of wall time; a longer attempt is not repeated for a slow machine
 BETWEEN_SEEDS = 10_000  # of two starts in a grading; the seeds of gradings are below
 INTERRUPTED = 'the grading was interrupted'
+Path = Tuple[Tuple[float, float], ...]
 
 
 class Retry(NamedTuple):
@@ -162,6 +166,10 @@ def _starved(child: psutil.Process, seconds: float) -> bool:
     return ran < BUSY_SHARE * seconds and waited > STARVED_SHARE * seconds
 
 
+class WrongSolution(RuntimeError):
+    """The solution of an exercise does not pass it; the text says why."""
+
+
 class _Gate:
     """Lets attempts run beside each other, or one alone."""
 
@@ -196,6 +204,8 @@ class Supervisor:
         self._kept = set(psutil.Process().children())
         self._stop = threading.Event()
         self._gate = _Gate()
+        self._solving = threading.Lock()
+        self._solutions: Dict[str, Path] = {}
 
     def grade(self, job: Job, limit: Optional[float] = None, say: Callable[[str], object] = lambda text: None
               ) -> Attempted:
@@ -221,8 +231,12 @@ class Supervisor:
         for number in range(job.exercise.starts):
             seed = job.seed + number * BETWEEN_SEEDS
             exercise = random_stimuli.shifted(job.exercise, seed)
-            got = self._grade(job._replace(exercise=exercise, seed=seed),
-                              None if limit is None else end - time.monotonic(), say)
+            left = None if limit is None else end - time.monotonic()
+            try:
+                path = self._solution(job._replace(exercise=exercise, seed=seed), left) if exercise.solution else ()
+            except WrongSolution as error:
+                return exercise, undecided(str(error))
+            got = self._grade(job._replace(exercise=exercise, seed=seed, solution=path), left, say)
             if job.exercise.starts > 1:
                 got = got._replace(remarks=(*got.remarks, f'start {number + 1} of {job.exercise.starts} counts, the '
                                             'first that does not pass, or the one with the lowest score'))
@@ -230,6 +244,30 @@ class Supervisor:
             if got.verdict.outcome != scoring.PASSED:
                 return done[-1]
         return min(done, key=lambda one: one[1].verdict.score)
+
+    def _solution(self, job: Job, limit: Optional[float]) -> Path:
+        """Return the path of the exercise's own solution; raise WrongSolution if it does not pass.
+
+        It is graded once for each start, and removed before a program of a student runs.
+        """
+        exercise = job.exercise
+        key = repr((exercise, job.seed))
+        with self._solving:
+            if key not in self._solutions:
+                with tempfile.TemporaryDirectory(prefix='solution_') as folder:
+                    os.chmod(folder, 0o711)  # a user without rights may start it, and finds no other name there
+                    program, output = os.path.join(folder, f'{uuid.uuid4().hex}.py'), os.path.join(folder, 'results')
+                    write_whole(program, exercise.solution.encode())
+                    os.mkdir(output)
+                    observed = self._grade(job._replace(
+                        command=(program,), folder=folder, output=output, packages=None, sourced=Sourced(),
+                        isolation=job.isolation._replace(own=())), limit, lambda text: None).observed
+                path = tuple(observed.drawn())
+                verdict = scoring.decide(exercise, dataclasses.replace(observed, solution=list(path)))
+                if verdict.outcome != scoring.PASSED:
+                    raise WrongSolution(f'the solution in the exercise file does not pass: {verdict.main_reason()}')
+                self._solutions[key] = path
+            return self._solutions[key]
 
     def stop(self) -> None:
         """End all gradings; later calls return at once."""
