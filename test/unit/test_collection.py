@@ -117,7 +117,7 @@ def names_of_runs(*arguments):
 
 def test_what_computes_runs_beside_what_waits(monkeypatch):
     monkeypatch.setattr(os, 'cpu_count', lambda: 2)
-    computing = ['computing_0', 'computing_1']
+    computing = ['checks', 'units_0', 'units_1']
     assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*computing, 'waiting']
     assert names_of_runs('--fast') == computing
     assert names_of_runs('test_collection.py') == ['tests']
