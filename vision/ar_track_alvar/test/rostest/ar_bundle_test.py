@@ -45,7 +45,6 @@ def rotation_of_box(number):
 
 class BundleTest(TrackerCase):
 
-    @release
     def test_ar_create_marker(self):
         """Pictures, a bundle and a sheet as typed; a wrong number ends with a text."""
         with tempfile.TemporaryDirectory() as folder:
