@@ -39,6 +39,8 @@ BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
 QUICK = ('ends_all_nodes', 'forges_poses', 'clock.py', 'truth.py', 'name_with', 'recording_by', 'solution_by',
          'poisoned', 'connection.py', 'outlives', 'gb.py', 'mb.py', 'marks_printed', 'ptrace')
+OF_A_CHANGE = ('ends_all_nodes', 'poses_in_the_name', 'the_clock.py', 'recording_by_path', 'solution_by', 'poisoned',
+               'connection.py', 'by_setsid', 'gb.py', 'marks_printed', 'ptrace')  # one of each defence
 SEED, JOBS = 7, 2
 TIMEOUT, EACH = 1500, 60  # [s] of a class, and more for each hostile program
 OPEN = 'open'  # at the level none

@@ -1,6 +1,7 @@
 """Run the tests in the built workspace, as ./run test does: several runs of pytest at once.
 
 The tests that only compute have a run for each processor, at a lower priority, while the nodes of another run wait.
+The tools that read the code have another one, so that no processor is idle while the last run ends.
 """
 import argparse
 import os
@@ -37,12 +38,12 @@ def commands(options):
     if few:
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
     # by size, which shares them well; without xdist, as it takes 3 ms for each of thousands of tests that take 5
-    tests = sorted((path for path in files(options.names) if kinds.kind_of(path) in kinds.COMPUTING
+    tests = sorted((path for path in files(options.names) if kinds.kind_of(path) == 'unit'
                     and not (options.fast and kinds.is_slow(path))), key=lambda path: path.stat().st_size)
     shares = [tests[number::os.cpu_count()] for number in range(os.cpu_count())]
-    shares[0] = [kinds.CASES / 'test_check.py', *shares[0]]
-    runs = {f'computing_{number}': pytest(options, f'computing_{number}', kinds.COMPUTING, *share)
-            for number, share in enumerate(shares) if share}
+    runs = {'checks': pytest(options, 'checks', ['check'], kinds.CASES / 'test_check.py'),
+            **{f'units_{number}': pytest(options, f'units_{number}', ['unit'], *share)
+               for number, share in enumerate(shares) if share}}
     if options.fast:
         return runs
     return {**{name: ['nice', '-n', str(NICE), *command] for name, command in runs.items()},

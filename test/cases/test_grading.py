@@ -6,7 +6,7 @@ import pytest
 from collection.kinds import REPOSITORY
 
 EXERCISES = sorted(f'test/data/submissions/{path.name}' for path in (REPOSITORY / 'test/data/submissions').iterdir())
-USUAL = 'one_of_each', 'red_team_namespace'
+USUAL = 'some_exercises', 'red_team_namespace'
 OF_A_RELEASE = 'course_nodes', *EXERCISES, 'same_ten_times', 'red_team_uid', 'red_team_none'
 
 

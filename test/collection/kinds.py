@@ -12,18 +12,20 @@ TIME_LIMITS = {  # [s] for a test of each kind
     'unit': 300, 'check': 600, 'rostest': 600, 'grading': 900, 'stress': 300, 'page': 900}
 SLOW = (  # unit tests that take seconds of processor time or of waiting: --fast leaves them out
     'test_bench_markers.py', 'test_bent_paper.py', 'test_browser.py', 'test_browser_panels.py',
-    'test_bundle_training.py', 'test_camera_patterns.py',
+    'test_bundle_pose.py', 'test_bundle_training.py', 'test_camera_patterns.py', 'test_canvas.py',
     'test_class_grader.py', 'test_class_page.py', 'test_cmake.py', 'test_collection.py', 'test_collision.py',
-    'test_console.py', 'test_drives.py', 'test_light.py', 'test_many_markers.py', 'test_plain_codes.py',
-    'test_cpp_programs.py', 'test_cv2_windows.py', 'test_detector.py', 'test_doctor.py', 'test_edge_refiner.py',
-    'test_environments.py', 'test_frames.py', 'test_limits.py', 'test_malformed_files.py',
-    'test_marker_classes.py', 'test_marker_sequence.py', 'test_native.py', 'test_nodes.py', 'test_notebooks.py',
-    'test_own_master.py', 'test_random_stimuli.py', 'test_remote.py', 'test_rendered_markers.py',
-    'test_renderer.py', 'test_robot_world.py', 'test_root_package.py', 'test_rospy_repair.py',
-    'test_run_build.py', 'test_run_help.py', 'test_run_link.py', 'test_run_shell.py', 'test_sandbox.py',
-    'test_sanitized.py', 'test_sensitivity.py', 'test_static_analysis.py', 'test_tracker.py',
-    'test_demo_limits.py', 'test_guard.py', 'test_marker_photo.py', 'test_student_copy.py', 'test_suite_programs.py',
-    'test_uneven_light.py', 'test_warm_start.py', 'test_wheels.py', 'test_window.py')
+    'test_console.py', 'test_cpp_programs.py', 'test_cv2_windows.py', 'test_demo_limits.py', 'test_depth.py',
+    'test_detector.py', 'test_doctor.py', 'test_drives.py', 'test_edge_refiner.py', 'test_environments.py',
+    'test_explained_photo.py', 'test_fits.py', 'test_frames.py', 'test_guard.py', 'test_integrations.py',
+    'test_light.py', 'test_limits.py', 'test_live.py', 'test_malformed_files.py', 'test_many_markers.py',
+    'test_mapper.py', 'test_marker_classes.py', 'test_marker_photo.py', 'test_marker_sequence.py', 'test_native.py',
+    'test_nodes.py', 'test_notebooks.py', 'test_own_master.py', 'test_plain_codes.py', 'test_plain_import.py',
+    'test_random_stimuli.py', 'test_remote.py', 'test_rendered_markers.py', 'test_renderer.py',
+    'test_robot_world.py', 'test_root_package.py', 'test_rospy_repair.py', 'test_run_build.py', 'test_run_help.py',
+    'test_run_link.py', 'test_run_shell.py', 'test_sandbox.py', 'test_sanitized.py', 'test_sensitivity.py',
+    'test_sheet.py', 'test_static_analysis.py', 'test_student_copy.py', 'test_suite_programs.py', 'test_tracker.py',
+    'test_turtle_world_machine.py', 'test_turtle_world_reference.py', 'test_uneven_light.py', 'test_warm_start.py',
+    'test_wheels.py', 'test_window.py')
 COMPUTING = 'unit', 'check'  # the others start nodes, and so mostly wait
 FAST = COMPUTING
 

@@ -142,13 +142,13 @@ def _wants_release(config):
 
 
 def _longest_first(items):
-    """Return the items in the order of their kinds, those of one kind as collected, dealt to the workers of xdist.
+    """Return the items in the order of their kinds, rostests by their time limits, dealt to the workers of xdist.
 
     With ``--dist worksteal`` each worker begins with an equal part of the list.
     """
     order = list(reversed(list(kinds.TIME_LIMITS)))
     waiting = [item for item in items if item.kind not in kinds.COMPUTING]
-    waiting.sort(key=lambda item: order.index(item.kind))
+    waiting.sort(key=lambda item: (order.index(item.kind), -getattr(item, 'time_limit', 0)))
     workers = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', 1))
     dealt = [item for worker in range(workers) for item in waiting[worker::workers]]
     return dealt + [item for item in items if item.kind in kinds.COMPUTING]

@@ -8,6 +8,7 @@ from collection import kinds, programs, warm
 
 CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what only a release needs
 OUTCOMES = 'passed', 'failed', 'skipped'
+TIME_LIMIT = re.compile(r'time-limit="(\d+)"')  # [s]
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
 
 
@@ -16,8 +17,9 @@ class RostestFile(pytest.File):
 
     def collect(self):
         """Return the test."""
-        item = Rostest.from_parent(self, name=self.path.stem)
-        if '<!-- release: ' in self.path.read_text(encoding='utf-8'):
+        item, text = Rostest.from_parent(self, name=self.path.stem), self.path.read_text(encoding='utf-8')
+        item.time_limit = sum(map(int, TIME_LIMIT.findall(text)))
+        if '<!-- release: ' in text:
             item.add_marker('release')
         yield item
 
@@ -25,10 +27,11 @@ class RostestFile(pytest.File):
 class Rostest(pytest.Item):
     """The run of a .test file.
 
-    ``methods``: {outcome: [method]}, from rostest's result files; ``processor_time`` [s]: of rostest and its nodes.
+    ``methods``: {outcome: [method]}, from rostest's result files; ``processor_time`` [s]: of rostest and its nodes;
+    ``time_limit`` [s]: of all its <test> together.
     """
 
-    methods, processor_time = (), 0.
+    methods, processor_time, time_limit = (), 0., 0
 
     def runtest(self):
         """Run the file, and raise ProgramFailed unless it leaves results, all of them good."""

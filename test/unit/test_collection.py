@@ -5,11 +5,12 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
 import pytest
 
 import run_tests
-from collection import kinds, programs, rostests
+from collection import kinds, plugin, programs, rostests
 
 RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
 DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
@@ -117,10 +118,19 @@ def names_of_runs(*arguments):
 
 def test_what_computes_runs_beside_what_waits(monkeypatch):
     monkeypatch.setattr(os, 'cpu_count', lambda: 2)
-    computing = ['computing_0', 'computing_1']
+    computing = ['checks', 'units_0', 'units_1']
     assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*computing, 'waiting']
     assert names_of_runs('--fast') == computing
     assert names_of_runs('test_collection.py') == ['tests']
+
+
+def test_what_takes_longest_begins_first(monkeypatch):
+    """Each of two workers of xdist begins with one half of the list."""
+    monkeypatch.setenv('PYTEST_XDIST_WORKER_COUNT', '2')
+    items = [types.SimpleNamespace(kind=kind, time_limit=limit)
+             for kind, limit in (('unit', 0), ('rostest', 120), ('rostest', 480), ('rostest', 240), ('grading', 0))]
+    assert [(item.kind, item.time_limit) for item in plugin._longest_first(items)] == [
+        ('grading', 0), ('rostest', 240), ('rostest', 480), ('rostest', 120), ('unit', 0)]
 
 
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])

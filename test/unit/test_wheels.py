@@ -71,6 +71,7 @@ def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
         assert bool(compiled) == (name in COMPILED)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize('name', FOLDERS)
 def test_setuptools_which_catkin_install_uses_reads_the_file(name):
     version = ElementTree.parse(FOLDERS[name] / 'package.xml').findtext('version')

@@ -29,6 +29,7 @@ class ShapeCase(CourseCase):
 
 class DriveShapeTest(ShapeCase):
 
+    @release
     def test_drive_shape_square(self):
         """Nothing said: a square of side 2 m to the left, back to where and how the turtle stood."""
         corners = [(MIDDLE, MIDDLE), (MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2),

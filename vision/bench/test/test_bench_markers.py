@@ -44,6 +44,7 @@ def folder(tmp_path):
     return str(tmp_path)
 
 
+@pytest.mark.release
 def test_measurements_score_and_time_each_tool(folder):
     suite_markers.use_folder(folder)
     pool = {}

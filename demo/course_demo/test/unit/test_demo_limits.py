@@ -61,6 +61,7 @@ PLAYED = """import sys; from course_demo import cli; cli.play_all = lambda *_: [
 sys.argv = ['demo', 'gotoPose']; cli.main()"""
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize('output, code, said', [
     ('>/dev/full', 1, './run demo: its output cannot be written: No space left on device\n'), ('>&-', 0, '')])
 def test_an_output_that_cannot_be_written_is_no_traceback(output, code, said):

@@ -141,23 +141,23 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
     until(lambda: not any(runs(pid) for pid in re.findall(r' (\d+)', said.read_text())), 'no grading goes on')
 
 
-def test_it_says_what_is_wrong_with_a_cluster(tmp_path):
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize('address, options, said', [
+    ('tcp://127.0.0.1:{}', [], 'has no key' if levels.machine().namespace else 'does not answer as a scheduler'),
+    ('tcp://127.0.0.1:{}', ['--isolation', 'uid'], 'has no key, so a program'),
+    ('tls://127.0.0.1:1', [], 'needs --dask-key FILE, the key with which the'),
+    ('tls://127.0.0.1:1', ['--dask-key', 'no.pem'], 'there is no file no.pem')])
+def test_it_says_what_is_wrong_with_a_cluster(tmp_path, address, options, said):
     (tmp_path / 'class' / 'anna').mkdir(parents=True)
     (tmp_path / 'class' / 'anna' / 'x.py').write_text('')
     (tmp_path / 'class' / 'x.yaml').write_text(EXERCISE)
     program = ('import sys; from course_grader.classes import grade_all, remote; remote.SCHEDULER_TIMEOUT = 0.5; '
                'sys.exit(grade_all.main(sys.argv[1:], {}))')
-    port = free_port()
-    alone = levels.machine().namespace
-    for arguments, said in ((['--dask', f'tcp://127.0.0.1:{port}'], 'has no key' if alone else
-                             'does not answer as a scheduler'),
-                            (['--dask', f'tcp://127.0.0.1:{port}', '--isolation', 'uid'], 'has no key, so a program'),
-                            (['--dask', 'tls://127.0.0.1:1'], 'needs --dask-key FILE, the key with which the'),
-                            (['--dask', 'tls://127.0.0.1:1', '--dask-key', 'no.pem'], 'there is no file no.pem')):
-        done = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path),
-                               *arguments], capture_output=True, text=True, timeout=SCHEDULER_TIMEOUT, check=False,
-                              env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
-        assert (done.returncode, 'Traceback' in done.stderr) == (2, False) and said in done.stderr, done.stderr
+    done = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path), '--dask',
+                           address.format(free_port()), *options], capture_output=True, text=True,
+                          timeout=SCHEDULER_TIMEOUT, check=False,
+                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
+    assert (done.returncode, 'Traceback' in done.stderr) == (2, False) and said in done.stderr, done.stderr
 
 
 def test_every_worker_of_a_scheduler_without_a_key_must_isolate(monkeypatch):

@@ -59,6 +59,7 @@ class StartupTest(RobotontCase):
         odometry = self.collected('odom', Odometry)
         self.drive_until(lambda: abs(place(odometry.messages[-1])[0] - (1.0 - RADIUS)) < 1e-6, 'the crate', 2.0)
 
+    @release
     def test_robotont_second_one_is_told_and_the_first_drives_on(self):
         """Two robots in one namespace."""
         first = self.start()

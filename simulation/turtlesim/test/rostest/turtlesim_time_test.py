@@ -185,6 +185,7 @@ class TimeTest(SimulatorCase):
             rows = [list(row.values())[1:-1] for row in csv.DictReader(file)]
         return status, rows[next((number for number, row in enumerate(rows) if row[0]), 0):]
 
+    @release
     def test_turtlesim_lockstep(self):
         """In lockstep a slow node drives as a fast one does, to the bit."""
         (_, fast), (status, slow) = self.think(0.0), self.think(0.005)
