@@ -115,6 +115,9 @@ def value(page, module, expression):
     ('../../app/address',
      'm.parseAddress(m.addressOf("turtle", {beside: "plot,graph", "plot.fields": "/a/x,/a/y", b: ""}))',
      {'id': 'turtle', 'parameters': {'beside': 'plot,graph', 'plot.fields': '/a/x,/a/y'}}),
+    ('../../app/address', 'm.withoutToken("http://localhost:8000/?token=a-b&x=1#/plot?fields=/a/x")',
+     'http://localhost:8000/?x=1#/plot?fields=/a/x'),
+    ('../../app/address', 'm.withoutToken("https://class.example/turtle/?token=a#/")', 'https://class.example/turtle/#/'),
     ('../../app/layouts',
      """['{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}', 'null', '[', null, '"x"']
         .map(m.savedLayouts)""", [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
@@ -134,6 +137,8 @@ def value(page, module, expression):
     ('layout', 'm.largest([null, null], 400, 100)', None),
     ('../../app/ros', 'm.addressFor("http://localhost:8000/?token=a/b#/plot?fields=/a/x")', 'ws://localhost:8000/'),
     ('../../app/ros', 'm.addressFor("https://class.example/hub/turtle/index.html#/")', 'wss://class.example/hub/turtle/'),
+    ('../../app/video', '["/", "/index.html", "/turtle/", "/user/ann/proxy/8000/"].map(m.isStreamed)',
+     [True, True, False, False]),
     ('../image', f'm.bestPicture({json.dumps(PICTURES)})', '/camera/color/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:2])})', '/turtlesim/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:1])})', '/camera/aligned_depth/image_raw'),
