@@ -429,6 +429,23 @@ def test_a_silent_link_counts_as_stalled_until_something_comes(page):
     assert 1000.0 < wait < 5000.0  # [ms]; 2000 after the last answer
 
 
+TOAST = '''(async () => {
+    (await import("/app/shell.js")).toast("Step 5 of the course is done.");
+    return document.querySelector(".toast").getBoundingClientRect().bottom - document.querySelector(".bar").clientHeight;
+})()'''
+
+
+def test_a_message_does_not_cover_the_picture_on_a_phone_held_sideways(page):
+    address = page.driver.current_url
+    page.resize(844, 390, touch=True)
+    page.get(address.replace('README.md', 'index.html'))
+    try:
+        assert page.evaluate(TOAST) < 10.0  # [px] below the bar, where the heading of the panel is
+    finally:
+        page.resize(1280, 800)
+        page.get(address)
+
+
 TRANSFORMS = """(async () => {
     const {Transforms} = await import("/app/transforms.js");
     const takers = [];
