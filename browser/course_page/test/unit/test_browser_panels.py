@@ -431,7 +431,8 @@ def test_a_silent_link_counts_as_stalled_until_something_comes(page):
 
 TOAST = '''(async () => {
     (await import("/app/shell.js")).toast("Step 5 of the course is done.");
-    return document.querySelector(".toast").getBoundingClientRect().bottom - document.querySelector(".bar").clientHeight;
+    const {bottom} = document.querySelector(".toast").getBoundingClientRect();
+    return bottom - document.querySelector(".bar").clientHeight;
 })()'''
 
 
