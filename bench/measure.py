@@ -27,7 +27,7 @@ sys.path += FOLDERS
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
 ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading', 'hints'), 'sensitivity': ('markers',),
-            'half': ('markers',), 'peers': ('markers',), 'none': ('markers',)}
+            'half': ('markers',), 'peers': ('markers',), 'none': ('markers',), 'minutes': ('page',)}
 BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
 
 
@@ -67,6 +67,9 @@ def parse(arguments):
                          'they are installed for this measurement only')
     markers.add_argument('--none', action='store_true', help='count what is found in the images of the folder and its '
                          'subfolders, in which there is no marker')
+    page = parser.add_argument_group('only for the suite page')
+    page.add_argument('--minutes', type=positive(float), metavar='N',
+                      help='how long the pages of soak stay open (default: 5; with --quick: 2)')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():

@@ -34,6 +34,8 @@ def test_suite_describes_its_measurements_and_figures(name):
     (['markers', '/nonexistent'], 'no frames with ground truth'),
     (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], '--peers is only for'),
     (['turtlesim', '--times', '3'], '--times is only for ./run bench grading and hints'),
+    (['turtlesim', '--minutes', '3'], '--minutes is only for ./run bench page'),
+    (['page', '--minutes', '0'], 'it must be above 0'),
     (['grading', '--busy', '0'], '--busy'), (['markers', '--none'], '--none needs'),
 ])
 def test_wrong_usage(arguments, told, capsys):

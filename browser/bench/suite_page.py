@@ -16,8 +16,14 @@ PATIENCE = 60.0  # [s] more than for other probes: Chromium has to start
 TURTLES = 100
 PAGES = 30
 VISITORS = 200
-SOAK = 60  # windows that many pages stay open: 5 minutes of a full round
+SOAK = 60  # windows that many pages stay open unless --minutes is given: 5 minutes of a full round
 FULL, QUICK = Scale(window=5.0), Scale(window=2.0)
+_length = {'minutes': None}  # of the soak
+
+
+def use(options):
+    """Take the length of the soak."""
+    _length.update(minutes=options.minutes)
 
 
 def _asked(subject, task, seconds, more=0.0, core=(), **arguments):
@@ -44,7 +50,8 @@ def panels(subject, scale):
 
 def soak(subject, scale):
     """Measure the memory of many pages, half of them with plots, and whether a client beside them gets all poses."""
-    found = _asked(subject, 'soak', SOAK * scale.window, 10.0 * PAGES, count=PAGES)
+    seconds = 60.0 * _length['minutes'] if _length['minutes'] else SOAK * scale.window
+    found = _asked(subject, 'soak', seconds, 10.0 * PAGES, count=PAGES)
     return {'heap': found['heap'], 'grown': found['grown'], 'lost': [found['lost']]}
 
 

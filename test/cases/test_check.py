@@ -41,6 +41,7 @@ def test_packages(room, run_case):
     run_case('catkin_lint', '-q', '-W1', '--strict', *more, *folders)
 
 
+@pytest.mark.timeout(3600)  # half a minute of processor time without a cache, which at a load of 78 took over 600 s
 @pytest.mark.parametrize('_name', ['mypy'])
 def test_types(_name, run_case, cache, monkeypatch):
     _require('mypy')

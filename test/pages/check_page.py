@@ -6,8 +6,8 @@ Terminals are shells behind pseudo-terminals, opened as the page says: in the re
 the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that
 `roscore` finds its port free; where none is allowed, no roscore of this workspace may run. Commands in LEFT_OUT are
 not typed. With --browser, all is done in one tab of a browser: the terminals and the editor are those of ./run view
---terminal, and a screenshot follows each output. page.py tells how a page is written. Exit code 0 when all is as the
-page says, else a text says which line is not.
+--terminal, and its page has to show what would be in windows; a screenshot follows each output. page.py tells how a
+page is written. Exit code 0 when all is as the page says, else a text says which line is not.
 """
 import os
 import re
@@ -61,8 +61,15 @@ class Desk:
         """Write a file."""
         path.write_text(text, encoding='utf-8')
 
-    def looked_at(self):
-        """Note that an output has come."""
+    def look(self, commands):
+        """Note that an output has come, while ``commands`` run."""
+
+    def compare(self, drawn):
+        """Compare the file of a picture on the page with what is on the screen."""
+
+    def unseen(self):
+        """Return what should have been seen on the screen, and was not."""
+        return []
 
     def close(self):
         """End it, after the terminals."""
@@ -144,7 +151,7 @@ class Reader:
                     or time.monotonic() > end + PRINTING)
             line = page.missing(output.lines, terminal.printed())
             if line is None:
-                self._desk.looked_at()
+                self._desk.look([text for number, text in self._commands.items() if not self.terminals[number].free()])
                 return
             if over and (time.monotonic() > end or not self._look_again(output.terminal)):
                 raise WrongError(f'terminal {output.terminal} does not print\n  {line}\nbut\n{terminal.tail()}')
@@ -160,6 +167,7 @@ class Reader:
             wrong = pictures.differences(cv2.imread(str(drawn)), cv2.imread(saved))
             os.remove(saved)
             if not wrong:
+                self._desk.compare(drawn)
                 return
             if time.monotonic() > end or not self._look_again(self._last):
                 raise WrongError(f'the saved picture is not {picture.path}: {wrong}')
@@ -196,6 +204,7 @@ def follow(path, workspace, folder, in_browser):
         for action in page.actions(path.read_text(encoding='utf-8')):
             print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
             reader.do(action)
+        wrong += [f'the page of the browser was not looked at: {what}' for what in desk.unseen()]
     except (WrongError, TerminalError) as error:
         wrong.append(f'{error}\nat {action}')
     finally:

@@ -1,8 +1,9 @@
-"""The terminals and the editor of ./run view --terminal in a browser, for a reader who has nothing else.
+"""The terminals, the editor and the page of ./run view --terminal in a browser, for a reader who has nothing else.
 
 The first line of each terminal is typed on the keyboard. The others, and keys, take the WebSocket of the same terminal,
-whose tab shows them.
+whose tab shows them. PANELS has what the page must show instead of a window.
 """
+import base64
 import contextlib
 import json
 import os
@@ -11,6 +12,9 @@ import signal
 import subprocess
 import time
 
+import cv2
+import numpy as np
+import pictures
 from terminal import ANSI, POLL, Terminal, TerminalError
 
 from rostest_support.browser import Browser
@@ -56,11 +60,33 @@ SHOW_PAGE = '''(async () => {
     document.querySelector('.jp-LauncherCard[title*="TITLE"]').click();
     const wait = (ms) => new Promise((done) => setTimeout(done, ms));
     for (let tries = 0; tries < 100; tries += 1) {
-        if ([...shell.widgets("main")].some((one) => !before.has(one))) return true;
+        window.page = [...shell.widgets("main")].find((one) => !before.has(one));
+        if (window.page) return true;
         await wait(100);
     }
     return false;
 })()'''.replace('TITLE', TITLE)
+OPEN_PANEL = '''(() => {
+    jupyterapp.shell.activateById(page.id);
+    page.node.querySelector("iframe").contentWindow.location.hash = %s;
+})()'''
+IN_PAGE = '(() => {const {document} = page.node.querySelector("iframe").contentWindow; return %s;})()'
+CANVAS = 'document.querySelector("canvas.strokes")?.toDataURL() ?? ""'
+LOOK_TIME = 60.0  # [s] for a panel to show something
+SHOWS_IMAGE = 'document.querySelector("%s img")?.naturalWidth > 0'
+SHOWS_TEXT = 'document.querySelector("main").innerText.includes("%s")'
+SHOWS_NODES = '''(() => {
+    const drawn = [...document.querySelectorAll(".graph title")].map((one) => one.textContent);
+    return ["/velocity_publisher", "/turtlesim", "/turtle1/cmd_vel"].every((name) => drawn.includes(name));
+})()'''
+SHOWS_PLACE = 'document.querySelector(".map canvas") && parseFloat(document.querySelector(".pose dd").textContent) > -2'
+PANELS = (  # a part of a command that runs; the panel instead of a window, and what must then be seen there
+    ('turtlesim turtlesim_node', 'turtle', SHOWS_TEXT % '5.54'),
+    ('topic_demo velocity_publisher.py', 'graph', SHOWS_NODES),                  # rqt_graph
+    ('topic_demo pose_subscriber.py', 'console', SHOWS_TEXT % 'x: 7.5'),       # rqt_console
+    ('camera_ar_track.launch', 'image', SHOWS_IMAGE % '.image-box'),             # rqt_image_view
+    ('topic_demo robot_forward.py', 'robot', SHOWS_PLACE),                       # Gazebo
+    ('world_minimaze_ar.launch', 'robot', SHOWS_IMAGE % '.camera'))              # rviz: what the tracker finds
 
 
 class Lab:
@@ -68,7 +94,7 @@ class Lab:
 
     def __init__(self, repository, home, environment, folder):
         (home / '.bashrc').write_text("PS1='page$ '\n", encoding='utf-8')
-        self._home, self._folder = home, folder
+        self._home, self._folder, self._seen = home, folder, set()
         self._log = open(folder / 'lab.txt', 'w+', encoding='utf-8')
         self._server = subprocess.Popen(
             [str(repository / 'run'), 'view', '--terminal', '--folder', str(home), '--port=8888', '--no-browser',
@@ -89,9 +115,40 @@ class Lab:
         """Return a new terminal in ``folder``; each is a ./run shell."""
         return LabTerminal(self, folder)
 
-    def looked_at(self):
-        """Save what the browser shows."""
+    def look(self, commands):
+        """Look at the panels that take the place of the windows of these commands, and save what the browser shows."""
+        for panel in PANELS:
+            part, name, shows = panel
+            if panel not in self._seen and any(part in command for command in commands):
+                self._seen.add(panel)
+                self._wait_for(name, lambda shows=shows: self.browser.evaluate(IN_PAGE % shows), f'{name}: {part}')
+                print(f'the panel {name} shows {part}', flush=True)
         self.browser.screenshot(f'browser_{len(list(self._folder.glob("*.png"))):03}')
+
+    def compare(self, drawn):
+        """Compare the picture of turtlesim with the canvas of the page."""
+        picture = cv2.imread(str(drawn))
+        self._wait_for('turtle', lambda: not pictures.differences_of_canvas(picture, self._canvas()), drawn.name)
+        print(f'the canvas shows {drawn.name}', flush=True)
+
+    def _canvas(self):
+        data = self.browser.evaluate(IN_PAGE % CANVAS).partition(',')[2]
+        if not data:
+            return np.zeros((1, 1, 3), np.uint8)
+        return cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR)
+
+    def _wait_for(self, panel, shows, what):
+        """Open a panel of the page; wait until ``shows()``."""
+        self.browser.evaluate(OPEN_PANEL % json.dumps(f'#/{panel}'))
+        try:
+            self.browser.until(shows, what, LOOK_TIME)
+        except AssertionError as error:
+            self.browser.screenshot('missing')
+            raise TerminalError(f'the page does not show {what}: {error}') from error
+
+    def unseen(self):
+        """Return those of PANELS whose commands did not run."""
+        return [part for part, *_ in PANELS if part not in {seen[0] for seen in self._seen}]
 
     def _address(self):
         end = time.monotonic() + START

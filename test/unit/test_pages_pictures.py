@@ -36,3 +36,22 @@ def picture(corners=((100, 100), (300, 100), (300, 300)), colour=PEN, turtle=(30
 def test_differences_from_the_page(saved, said):
     found = pictures.differences(picture(), saved)
     assert said in found and bool(found) == bool(said)
+
+
+@pytest.mark.parametrize('drawn, said', [
+    ((), ''),  # the same path
+    (((100, 100), (300, 100)), 'it lacks 4'),  # the rest is covered by no turtle
+    (((100, 100), (300, 100), (300, 300), (100, 300)), 'has beyond the page 32 %'),
+    (((0, 0),), 'nothing is drawn'),
+])
+def test_differences_of_a_canvas_without_turtles(drawn, said):
+    canvas = picture(*([drawn] if drawn else []))
+    canvas[(canvas == GREEN).all(axis=2)] = GROUND
+    if not drawn:
+        cv2.polylines(canvas, [np.array([[300, 280], [300, 300]])], False, PEN, 3)  # what the turtle hides
+    found = pictures.differences_of_canvas(picture(), canvas)
+    assert said in found and bool(found) == bool(said)
+
+
+def test_a_canvas_that_is_not_there_differs():
+    assert 'its size is' in pictures.differences_of_canvas(picture(), np.zeros((1, 1, 3), np.uint8))

@@ -101,6 +101,9 @@ class PublishedPageTest(unittest.TestCase):
             page.devtools('Input.dispatchKeyEvent', type='keyDown', code='ArrowUp', key='ArrowUp')
             until(lambda: x() > 6.0, 'the turtle driving')
             page.devtools('Input.dispatchKeyEvent', type='keyUp', code='ArrowUp', key='ArrowUp')
+            self.assertNotIn('token', page.driver.current_url)
+            page.driver.refresh()  # a cookie has the token
+            page.until(lambda: page.find('#link.good'), 'a connection')
             self.assertEqual([], page.errors())
 
 

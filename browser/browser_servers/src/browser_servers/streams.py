@@ -4,6 +4,7 @@ Threading contract: everything runs in the loop's thread, except encoding.
 """
 import asyncio
 import contextlib
+import re
 
 import tornado.iostream
 
@@ -14,6 +15,7 @@ from rospy_support.images import ImageError
 
 BOUNDARY = 'boundarydonotcross'  # between two images, as the original has it
 FIRST_IMAGE = 10.0  # [s] that a snapshot waits
+LINGER = 5.0  # [s] that a topic stays subscribed for the next image of one who asks for one after the other
 SLOW = 10.0  # [s] in which a browser must have taken an image
 
 
@@ -37,26 +39,32 @@ class Page(Guarded):
             return None
 
     @contextlib.asynccontextmanager
-    async def source(self, wanted):
-        """Yield the Source of a query, and close it afterwards."""
-        source = await self.settings['sources'].open(wanted)
+    async def source(self, wanted, linger=0.0):
+        """Yield the Source of a query, and close it afterwards, or ``linger`` [s] later."""
+        sources = self.settings['sources']
+        source = await sources.open(wanted)
         try:
             yield source
         finally:
-            await self.settings['sources'].close(source)
+            if linger:
+                asyncio.get_event_loop().call_later(linger, lambda: asyncio.ensure_future(sources.close(source)))
+            else:
+                await sources.close(source)
 
 
 class Snapshot(Page):
-    """The next image."""
+    """The next image, and its number; with ``after``, the newest one after the image with this number."""
 
     async def get(self):
         """Answer."""
         wanted = None if self._finished else self.query()
         if wanted is None:
             return
-        async with self.source(wanted) as source:
+        after = self.get_query_argument('after', None)
+        async with self.source(wanted, 0.0 if after is None else LINGER) as source:
+            before = source.before if after is None else _number(after, source.number)
             try:
-                _, data = await asyncio.wait_for(source.next(source.before, wanted), FIRST_IMAGE)
+                number, data = await asyncio.wait_for(source.next(before, wanted), FIRST_IMAGE)
             except asyncio.TimeoutError:
                 self.refuse(504, f'no image has come on {wanted.topic} within {FIRST_IMAGE:g} s. http://'
                                  f'{self.request.host}/ lists the topics of images')
@@ -66,7 +74,14 @@ class Snapshot(Page):
                 return
         self.set_header('Content-Type', query.content_type(data))
         self.set_header('Cache-Control', 'no-store')
+        self.set_header('Image-Number', str(number))
         self.finish(data)
+
+
+def _number(text, newest):
+    """Return the number of an image; 0 if it is none of this source, which counts from 1."""
+    number = int(text) if re.fullmatch('[0-9]{1,15}', text) else 0
+    return number if number <= newest else 0
 
 
 class Stream(Page):

@@ -118,8 +118,11 @@ class StallingProxy:
             while True:
                 client = self._server.accept()[0]
                 server = socket.create_connection(('127.0.0.1', self._there))
-                for one, other in ((client, server), (server, client)):
-                    threading.Thread(target=self._copy, args=(one, other), daemon=True).start()
+                threading.Thread(target=self._serve, args=(client, server), daemon=True).start()
+
+    def _serve(self, client, server):
+        threading.Thread(target=self._copy, args=(client, server), daemon=True).start()
+        self._copy(server, client)
 
     def _copy(self, one, other):
         with one, other, contextlib.suppress(OSError):
@@ -134,6 +137,22 @@ class StallingProxy:
         """Accept no more."""
         self.stalled.clear()
         self._server.close()
+
+
+class WholeAnswers(StallingProxy):
+    """A proxy that leads from a path to a port, and passes on answers once they are whole, but for WebSockets."""
+
+    PATH = b'/user/ann/proxy/8000/'
+
+    def _serve(self, client, server):
+        with client, server, contextlib.suppress(OSError):
+            request = client.recv(65536).replace(self.PATH, b'/', 1)
+            if b'Upgrade: websocket' in request:
+                server.sendall(request)
+                super()._serve(client, server)
+                return
+            server.sendall(request.replace(b'Connection: keep-alive', b'Connection: close'))
+            client.sendall(b''.join(iter(lambda: server.recv(65536), b'')))
 
 
 class PageCase(unittest.TestCase):
@@ -332,6 +351,23 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: 'publish_circle' in self.page.evaluate('document.body.textContent'), 'exercises')
         self.show('image?topic=/turtlesim/image_raw')
         self.page.until(lambda: '500 x 500 pixels' in self.text('#panel'), 'a picture')
+
+    @release
+    def test_pictures_pass_a_proxy_that_waits_for_the_end_of_an_answer(self):
+        """As that of JupyterLab and JupyterHub, jupyter-server-proxy, does; a stream has no end."""
+        proxy = WholeAnswers(urllib.parse.urlsplit(self.address).port)
+        self.addCleanup(proxy.close)
+        self.addCleanup(self.page.get, 'about:blank')
+        self.address = f'http://localhost:{proxy.port}{proxy.PATH.decode()}'
+        self.show('image?topic=/turtlesim/image_raw')
+        self.page.until(lambda: '500 x 500 pixels' in self.text('#panel'), 'a picture')
+        self.driver()(x=2.0, turn=1.0)
+        self.page.until(lambda: 'It has not changed' not in self.text('#panel'), 'the next pictures')
+        image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
+        self.addCleanup(image.unregister)
+        image.publish(Image(width=64, height=36, step=192, encoding='rgb8', data=bytes(64 * 36 * 3)))
+        self.show('robot')
+        self.page.until(lambda: self.page.evaluate('document.querySelector(".camera img")?.naturalWidth'), 'the camera')
 
     @release
     def test_marker_is_dragged(self):

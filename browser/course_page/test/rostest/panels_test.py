@@ -39,6 +39,28 @@ SIZES = (1440, 900, False, False), (844, 390, True, False), (390, 844, True, Tru
 ARROW_RIGHT = '\ue014'  # of WebDriver
 SOLUTION = pathlib.Path(__file__).resolve().parents[4] / 'test/data/submissions/publish_circle/right_typed.py'
 GRADING = 200.0  # [s] of wall time; an idle machine takes 10
+HIDE = '''(() => {
+    Object.defineProperty(document, "hidden", {get: () => %s, configurable: true});
+    document.dispatchEvent(new Event("visibilitychange"));
+})()'''
+TAB = '\ue004'  # of WebDriver
+STOPS = 30  # of the Tab key that are looked at
+FOCUSED = '''(() => {
+    const one = document.activeElement, {outlineStyle, outlineWidth} = getComputedStyle(one);
+    const moving = [...document.querySelectorAll("*")].filter((each) => {
+        const {transitionDuration, animationName} = getComputedStyle(each);
+        return animationName !== "none" || transitionDuration.split(", ").some((time) => time !== "0s");
+    }).length;
+    const ringed = outlineStyle !== "none" && parseFloat(outlineWidth) >= 2;
+    return JSON.stringify([one.outerHTML.slice(0, 200), ringed, moving]);
+})()'''
+OUTSIDE = '''(() => {
+    const frame = document.querySelector("svg.graph").getBoundingClientRect();
+    return [...document.querySelectorAll(".graph .node, .graph .topic")].filter((one) => {
+        const {left, right, top, bottom} = one.getBoundingClientRect();
+        return left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom;
+    }).map((one) => one.textContent);
+})()'''
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
 
 
@@ -155,6 +177,21 @@ class PanelsTest(SimulatorCase):
             self.browser.evaluate(script.read_text(encoding='utf-8') + '; void 0')
         return json.loads(self.browser.evaluate(AXE))
 
+    def test_focus_is_seen_and_nothing_moves_for_whom_that_disturbs(self):
+        self.browser.devtools('Emulation.setEmulatedMedia', features=[
+            {'name': 'prefers-reduced-motion', 'value': 'reduce'}])
+        self.addCleanup(self.browser.prefer, False)
+        self.open('turtle')
+        stops = []
+        for _ in range(STOPS):
+            self.browser.driver.switch_to.active_element.send_keys(TAB)
+            element, ringed, moving = json.loads(self.browser.evaluate(FOCUSED))
+            self.assertTrue(ringed, f'no ring around {element}')
+            self.assertEqual(0, moving)
+            stops.append(element)
+        self.assertIn('Skip to the panel', stops[0])
+        self.assertGreater(len(set(stops)), STOPS - 3)
+
     def test_a_topic_shows_its_values_until_its_panel_is_left(self):
         self.open('topics')
         self.fill('Filter', 'turtle1 pose')
@@ -238,6 +275,20 @@ class PanelsTest(SimulatorCase):
         self.browser.evaluate('''[...document.querySelectorAll(".graph .node")].find(
             (one) => one.textContent.includes("/turtlesim")).dispatchEvent(new Event("click"))''')
         self.until_text('Subscribes to /turtle1/cmd_vel')
+
+    def test_the_whole_graph_is_in_its_frame_at_first(self):
+        """Also with topics as a camera has them; on a phone, unless it could not be read then."""
+        for name in ('/camera/color/image_raw', '/camera/aligned_depth/camera_info', '/turtle1/another_topic'):
+            publisher = rospy.Publisher(name, String, queue_size=1)
+            self.addCleanup(publisher.unregister)
+        self.addCleanup(self.browser.resize, 1280, 800)
+        self.browser.resize(1440, 900)
+        self.open('graph')
+        self.browser.until(lambda: '/camera/aligned_depth/camera_info' in self.drawn(), 'a topic in the graph')
+        self.assertEqual([], self.browser.evaluate(OUTSIDE))
+        self.browser.resize(390, 844, touch=True)
+        self.press('Fit: show all of it')
+        self.browser.until(lambda: not self.browser.evaluate(OUTSIDE), 'all of it')
 
     def drawn(self):
         return self.browser.evaluate('''[...document.querySelectorAll(".graph title")]
@@ -331,6 +382,11 @@ class PanelsTest(SimulatorCase):
         self.press('Pause')
         self.browser.find('.image-box canvas')[0].click()
         self.until_text('Pixel x', 'red')
+        self.press('Live')
+        for hidden in ('true', 'false'):  # a browser has six connections for all pages of a server
+            self.browser.evaluate(HIDE % hidden)
+            until(lambda hidden=hidden: ('/browser' in self.subscribers('/turtlesim/image_raw')) == (hidden == 'false'),
+                  f'a stream if it is not hidden, {hidden}')
         self.open('image?topic=/nobody/image')
         self.until_text('No node publishes /nobody/image')
 

@@ -115,6 +115,9 @@ def value(page, module, expression):
     ('../../app/address',
      'm.parseAddress(m.addressOf("turtle", {beside: "plot,graph", "plot.fields": "/a/x,/a/y", b: ""}))',
      {'id': 'turtle', 'parameters': {'beside': 'plot,graph', 'plot.fields': '/a/x,/a/y'}}),
+    ('../../app/address', 'm.withoutToken("http://localhost:8000/?token=a-b&x=1#/plot?fields=/a/x")',
+     'http://localhost:8000/?x=1#/plot?fields=/a/x'),
+    ('../../app/address', 'm.withoutToken("https://class.example/turtle/?token=a#/")', 'https://class.example/turtle/#/'),
     ('../../app/layouts',
      """['{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}', 'null', '[', null, '"x"']
         .map(m.savedLayouts)""", [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
@@ -134,6 +137,8 @@ def value(page, module, expression):
     ('layout', 'm.largest([null, null], 400, 100)', None),
     ('../../app/ros', 'm.addressFor("http://localhost:8000/?token=a/b#/plot?fields=/a/x")', 'ws://localhost:8000/'),
     ('../../app/ros', 'm.addressFor("https://class.example/hub/turtle/index.html#/")', 'wss://class.example/hub/turtle/'),
+    ('../../app/video', '["/", "/index.html", "/turtle/", "/user/ann/proxy/8000/"].map(m.isStreamed)',
+     [True, True, False, False]),
     ('../image', f'm.bestPicture({json.dumps(PICTURES)})', '/camera/color/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:2])})', '/turtlesim/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:1])})', '/camera/aligned_depth/image_raw'),
@@ -422,6 +427,24 @@ def test_a_silent_link_counts_as_stalled_until_something_comes(page):
     before, wait, after = json.loads(page.evaluate(SILENCED))
     assert (before, after) == (False, False)
     assert 1000.0 < wait < 5000.0  # [ms]; 2000 after the last answer
+
+
+TOAST = '''(async () => {
+    (await import("/app/shell.js")).toast("Step 5 of the course is done.");
+    const {bottom} = document.querySelector(".toast").getBoundingClientRect();
+    return bottom - document.querySelector(".bar").clientHeight;
+})()'''
+
+
+def test_a_message_does_not_cover_the_picture_on_a_phone_held_sideways(page):
+    address = page.driver.current_url
+    page.resize(844, 390, touch=True)
+    page.get(address.replace('README.md', 'index.html'))
+    try:
+        assert page.evaluate(TOAST) < 10.0  # [px] below the bar, where the heading of the panel is
+    finally:
+        page.resize(1280, 800)
+        page.get(address)
 
 
 TRANSFORMS = """(async () => {

@@ -34,6 +34,13 @@ export function besideParameters(parameters, ids) {
   return {...Object.fromEntries(kept), beside: ids.join(',')};
 }
 
+// Return the address of the page without the token, which a cookie keeps: the address bar is what a projector shows.
+export function withoutToken(address) {
+  const url = new URL(address);
+  url.searchParams.delete('token');
+  return url.href;
+}
+
 function decode(text) {
   try {
     return decodeURIComponent(text);

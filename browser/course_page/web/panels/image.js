@@ -1,5 +1,6 @@
 // Images of cameras and trackers.
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {Video} from '../app/video.js';
 import {cvWindowControls, isCvWindow} from './lib/cv_window.js';
 import {button, choice, Notice, save, Scope, setText} from './lib/parts.js';
 import {clean} from './lib/values.js';
@@ -42,6 +43,7 @@ class ImagePanel {
     this._empty = el('div', {});
     this._picture = el('img', {alt: '', draggable: false, on: {
       error: () => this._failed(), click: (event) => this._read(event)}});
+    this._video = new Video(this._picture);
     this._still = el('canvas', {hidden: true, on: {click: (event) => this._read(event)}});
     this._facts = el('p', {class: 'muted small'});
     this._pixel = el('p', {class: 'number small', role: 'status'});
@@ -102,13 +104,13 @@ class ImagePanel {
     if (type === RAW) {
       const quality = this._quality.input.value;
       const how = quality === 'png' ? {type: 'png'} : {type: 'mjpeg', quality};
-      this._picture.src = `stream?${new URLSearchParams({topic: this._topic, ...how})}`;
+      this._video.show({topic: this._topic, ...how});
       const scope = new Scope(this.context.ros);
       if (isCvWindow(this._topic)) this._control(scope);
       this._end = () => {
         scope.end();
         fill(this._controls);
-        this._picture.removeAttribute('src');
+        this._video.stop();
       };
     } else {
       this._end = this.context.ros.subscribe(this._topic, type, (message) => this._showCompressed(message), {rate: RATE});

@@ -6,6 +6,7 @@ import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} 
 import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
 import {SimulationCard} from '../app/simulation.js';
+import {Video} from '../app/video.js';
 
 const POLL_INTERVAL = 2000; // [ms] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
@@ -73,7 +74,7 @@ class RobotPanel {
     this._map.close();
     this._frames.close();
     document.removeEventListener('visibilitychange', this._onHidden);
-    this._image.removeAttribute('src');
+    this._video.stop();
   }
 
   // -------------------------------------------------------------------------------------------- which robot
@@ -246,6 +247,7 @@ class RobotPanel {
 
   _cameraCard() {
     this._image = el('img', {alt: 'The image of the camera'});
+    this._video = new Video(this._image);
     this._image.addEventListener('error', () => setTimeout(() => this._showImage(true), POLL_INTERVAL));
     this._imageChoice = el('select', {'aria-label': 'Image', on: {change: () => {
       this._context.setParameters({image: this._imageChoice.value});
@@ -278,11 +280,11 @@ class RobotPanel {
   _showImage(again = false) {
     const topic = this._camera.open && !document.hidden && this._context.ros.connected ? this._imageChoice.value : '';
     if (!topic) {
-      this._image.removeAttribute('src');
+      this._video.stop();
       this._streamed = '';
     } else if (topic !== this._streamed || again) {
       this._streamed = topic;
-      this._image.src = `stream?${new URLSearchParams({topic, type: 'mjpeg', quality: 70, width: IMAGE_WIDTH, time: Date.now()})}`;
+      this._video.show({topic, type: 'mjpeg', quality: 70, width: IMAGE_WIDTH, time: Date.now()});
     }
   }
 

@@ -42,8 +42,8 @@ class Access(NamedTuple):
         name = host_name(host or '')
         if name and (is_address(name) or name in LOCAL_NAMES or name in {known.lower() for known in self.hosts}):
             return ''
-        return (f'the Host {host!r} is not a name of this server. Use its address, or allow the name with the '
-                'parameter ~hosts')
+        return (f'the Host {host!r} is not a name of this server. Use its address, or '
+                f'{_start_with("hosts", name or "NAME")}')
 
     def _origin_refusal(self, origin: Optional[str], host: str) -> str:
         if origin is None or ANY in self.origins or origin in self.origins or origin == 'file://':
@@ -59,8 +59,8 @@ class Access(NamedTuple):
             return ''
         if origin == 'null':
             return ('the Origin "null" can be a file in Firefox, but also any site that hides its name. To allow both, '
-                    'start the server with origins:=null')
-        return f'pages from {origin} may not connect. To allow them, start the server with origins:={origin}'
+                    f'{_start_with("origins", origin)}')
+        return f'pages from {origin} may not connect. To allow them, {_start_with("origins", origin)}'
 
     def _token_refusal(self, peer: str, token: Optional[str]) -> str:
         if self.token == OFF or is_loopback(peer):
@@ -70,6 +70,10 @@ class Access(NamedTuple):
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return 'the token is wrong; the server has printed the right one when it started'
         return ''
+
+
+def _start_with(option: str, value: str) -> str:
+    return f'start the server with {option}:={value} (./run view: --{option} {value})'
 
 
 def host_name(host: str) -> str:

@@ -43,6 +43,13 @@ def test_foreign_pages_are_refused(origin):
     assert 'start the server with' in ACCESS.refusal(LOCAL, 'robot:9090', origin, None)
 
 
+def test_a_refusal_says_what_to_type():
+    host = ACCESS.refusal(LOCAL, 'hub.example:8000', None, None)
+    origin = ACCESS.refusal(LOCAL, 'robot', 'https://hub.example', None)
+    assert 'hosts:=hub.example (./run view: --hosts hub.example)' in host
+    assert 'origins:=https://hub.example (./run view: --origins https://hub.example)' in origin
+
+
 @pytest.mark.parametrize('changed, origin', [
     ({'origins': ['http://class.example']}, 'http://class.example'), ({'origins': [ANY]}, 'http://evil.example'),
     ({'null_origin': True}, 'null'), ({'origins': ['null']}, 'null'),

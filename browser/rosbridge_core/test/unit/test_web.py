@@ -1,4 +1,4 @@
-"""The HTTP side of a server: whose images it shows, and that connections without a whole request are closed."""
+"""The HTTP side of a server: whose images it shows, which files, and that half a request is closed."""
 import http.client
 import socket
 
@@ -26,10 +26,10 @@ def serve(monkeypatch):
     monkeypatch.setattr(web, 'IDLE', PATIENCE)
     servers = []
 
-    def start(access=lambda port: Access('secret'), **settings):
+    def start(access=lambda port: Access('secret'), rules=((r'/', Hello),), **settings):
         sockets = web.listen(0, '127.0.0.1')
         server = web.Server(lambda: tornado.web.Application(
-            [(r'/', Hello)], access=access(sockets[0].getsockname()[1]), refused=lambda reason: None, **settings),
+            rules, access=access(sockets[0].getsockname()[1]), refused=lambda reason: None, **settings),
             sockets)
         server.start()
         servers.append(server)
@@ -60,6 +60,39 @@ def test_images_are_for_own_pages(serve, headers, of_files, status):
                                             'Sec-Fetch-Dest': 'image', **headers})
     assert connection.getresponse().status == status
     connection.close()
+
+
+@pytest.mark.parametrize('path, status', [
+    ('/', 200), ('/app/main.js', 200), ('/app/../index.html', 200), ('/none', 404), ('/app/', 404),
+    *((f'/{up}/secret', None) for up in (
+        '..', '%2e%2e', '.%2e', '..%2f', '%252e%252e', '..%c0%af', '..%5c', '..\\', '....//', 'app/../..', '/..')),
+    ('/../web_of_others/secret', None), ('/%00', None), ('/index.html%00.js', None), ('/%ff', None),
+    (f'/{"a" * 9000}', None), ('//secret', None),
+])
+def test_files_are_those_of_the_folder(serve, tmp_path, path, status):
+    """``status`` None: any refusal."""
+    for name in ('secret', 'web_of_others/secret', 'web/index.html', 'web/app/main.js'):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(name)
+    answer, text = get(serve(rules=web.folder_rules(str(tmp_path / 'web'), '')), path)
+    assert 'secret' not in text
+    assert answer.status == status or (status is None and 400 <= answer.status < 500)
+
+
+def test_no_other_site_shows_a_page_in_a_frame_and_no_type_is_guessed(serve):
+    answer, _ = get(serve(), '/')
+    assert answer.headers['X-Frame-Options'] == 'SAMEORIGIN' and answer.headers['X-Content-Type-Options'] == 'nosniff'
+
+
+def get(port, path):
+    """Return the answer and its text."""
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=DEADLINE)
+    connection.request('GET', path)
+    answer = connection.getresponse()
+    text = answer.read().decode('utf-8', 'replace')
+    connection.close()
+    return answer, text
 
 
 @pytest.mark.parametrize('host, origin, status', [

@@ -94,6 +94,20 @@ class WebVideoTest(SimulatorCase):
             stream.close()
         until(lambda: not self.image.get_num_connections(), 'the end of the subscription')
 
+    def test_images_come_one_after_the_other_where_a_proxy_passes_on_no_stream(self):
+        """Each is the newest after the last one; one that is numbered by another server is no reason to wait."""
+        address = f'/snapshot?topic={TOPIC}&after='
+        first = self.get(address + '0')
+        self.assert_green(first.read(), 200)
+        for after in ('999999', 'none', '9' * 30):
+            self.assert_green(self.get(address + after).read(), 200)
+        self.assertEqual(1, self.image.get_num_connections())  # it stays subscribed in between
+        self.image.publish(to_image(plain(60), 'bgr8'))
+        second = self.get(address + first.getheader('Image-Number'))
+        self.assert_green(second.read(), 60)
+        self.assertGreater(int(second.getheader('Image-Number')), int(first.getheader('Image-Number')))
+        until(lambda: not self.image.get_num_connections(), 'the end of the subscription')
+
     def test_wrong_addresses_are_answered(self):
         broken = rospy.Publisher('/broken', Image, latch=True, queue_size=1)
         broken.publish(Image(width=9, height=9, encoding='nonsense'))
