@@ -1,7 +1,8 @@
-"""Find markers in a folder of frames (frames.json and images): ./run markers DIR --json OUT.
+"""Find markers in an image, or in a folder of images: ./run markers PATH [--json OUT].
 
-Every frame is searched on its own; only the response of each camera is learnt. DIR/frames.json names the frames with
-file, camera and marker_size_m, and the cameras with K and D; OUT gets
+Every frame is searched on its own; only the response of each camera is learnt. PATH/frames.json names the frames with
+file, camera and marker_size_m, and the cameras with K and D. Without this file, all PNGs and JPEGs count, as taken by
+a webcam, and positions are in widths of a marker. OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
 
 --explain prints for each candidate of each frame why it is a marker or not, and draws that into FOLDER/NAME.png.
@@ -16,12 +17,15 @@ import time
 
 import cv2
 
-from alvar_core.camera import Camera
+from alvar_core.camera import Camera, default_camera
 from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector, checked_candidates
 from alvar_core.detection.light import checked_gamma
 from alvar_core.detection.thresholds import MAX_CANDIDATES
 from plain_support import write_whole
+
+DESCRIPTION = 'frames.json'
+IMAGES = '.png', '.jpg', '.jpeg'
 
 
 def detection_record(detection):
@@ -58,15 +62,42 @@ def explain(detector, image, camera, name, pictures=None, point=None):
         print(f'  drawn in {path}')
 
 
+def _described(path):
+    """Return the content of a folder's frames.json; without one, the same for an image or for those in a folder."""
+    description = os.path.join(path, DESCRIPTION)
+    if os.path.exists(description):
+        with open(description) as file:
+            truth = json.load(file)
+        if not isinstance(truth, dict):
+            raise ValueError(f'it holds a {type(truth).__name__}; it must be a mapping with cameras and frames')
+        return truth
+    files = sorted(os.listdir(path)) if os.path.isdir(path) else [os.path.abspath(path)]
+    files = [file for file in files if file.lower().endswith(IMAGES)]
+    if not files:
+        raise FileNotFoundError(0, f'is neither a PNG or JPEG, nor a folder with one, or with a {DESCRIPTION}', path)
+    cameras, frames = {}, []
+    for file in files:
+        height, width = _read(os.path.join(path, file)).shape
+        size = f'{width} x {height}'
+        cameras[size] = {'K': default_camera(width, height).matrix, 'D': []}
+        frames.append({'name': os.path.basename(file), 'file': file, 'camera': size})
+    return {'cameras': cameras, 'frames': frames}
+
+
+def _read(path):
+    """Return the grey image in a file; raise ValueError unless it is one."""
+    image = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise ValueError(f'{path} cannot be read as an image')
+    return image
+
+
 def run(folder, repeats=1, look=None, **options):
-    """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong.
+    """Return the results of an image or of all frames in a folder; raise OSError or ValueError that says what is wrong.
 
     ``look(detector, image, camera, name)`` is called for each frame; ``options`` are those of a Detector.
     """
-    with open(os.path.join(folder, 'frames.json')) as file:
-        truth = json.load(file)
-    if not isinstance(truth, dict):
-        raise ValueError(f'it holds a {type(truth).__name__}; it must be a mapping with cameras and frames')
+    truth = _described(folder)
     layout = truth.get('marker', {})
     detectors = {name: Detector(1.0, layout.get('data_cells', 5), layout.get('margin_cells', 2), **options)
                  for name in truth['cameras']}
@@ -74,9 +105,7 @@ def run(folder, repeats=1, look=None, **options):
     frames = {}
     for frame in truth['frames']:
         path = os.path.join(folder, frame['file'])
-        image = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
-        if image is None:
-            raise ValueError(f'{path} cannot be read as an image')
+        image = _read(path)
         detector = detectors[frame['camera']]
         detector.size = float(frame.get('marker_size_m') or 1.0)
         found, ms = _milliseconds(detector, image, cameras[frame['camera']], repeats)
@@ -93,9 +122,9 @@ def run(folder, repeats=1, look=None, **options):
 def main(arguments=None):
     """Run the command; return the exit status."""
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
-    parser.add_argument('folder', help='folder of images with a frames.json, which names them, their camera '
-                        '(K, D) and marker_size_m, such as test/data/alvar')
-    parser.add_argument('--json', required=True, help='write the results here')
+    parser.add_argument('path', help='a PNG or JPEG, or a folder of them; a frames.json in it may name them, their '
+                        'camera (K, D) and marker_size_m, as in test/data/alvar')
+    parser.add_argument('--json', metavar='OUT', help='write the results here')
     parser.add_argument('--repeat', type=int, default=1, help='runs per frame; the median time counts')
     parser.add_argument('--gamma', type=_checked(float, checked_gamma),
                         help="exponent of the cameras' response: 1 if their values are proportional to light, usually "
@@ -113,21 +142,25 @@ def main(arguments=None):
     if options.explain is not None:
         look = functools.partial(explain, pictures=options.explain or None, point=options.at)
     cv2.setNumThreads(options.threads)
+    description = os.path.join(options.path, DESCRIPTION)
+    if not os.path.exists(description):
+        description = options.path
     try:
-        results = run(options.folder, max(1, options.repeat), look, gamma=options.gamma,
+        results = run(options.path, max(1, options.repeat), look, gamma=options.gamma,
                       max_candidates=options.max_candidates)
-        write_whole(options.json, json.dumps(results, indent=1))
+        if options.json:
+            write_whole(options.json, json.dumps(results, indent=1))
     except KeyError as error:
-        return _fail(f'{options.folder}/frames.json: {error} is missing')
+        return _fail(f'{description}: {error} is missing')
     except OSError as error:
-        hint = '; see ./run markers --help' if str(error.filename).endswith('frames.json') else ''
-        return _fail(f'{error.filename}: {error.strerror}{hint}')
+        return _fail(f'{error.filename}: {error.strerror}')
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
-        return _fail(f'{options.folder}/frames.json: {error}')
+        return _fail(f'{description}: {error}')
     frames = results['frames'].values()
     found, median = sum(len(frame['detections']) for frame in frames), statistics.median(
         [frame['detect_ms'] for frame in frames] or [0.0])
-    print(f'{found} markers in {len(frames)} frames, {median:.1f} ms per frame (median): {options.json}')
+    written = f': {options.json}' if options.json else ''
+    print(f'{found} markers in {len(frames)} frames, {median:.1f} ms per frame (median){written}')
     return 0
 
 

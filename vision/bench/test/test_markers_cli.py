@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import markers_cli
+from alvar_core import drawing
 
 CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 
 
 @pytest.mark.parametrize('content, said', [
-    (None, 'frames.json: No such file or directory; see ./run markers --help'),
+    (None, 'is neither a PNG or JPEG, nor a folder with one, or with a frames.json'),
     ('no JSON', 'frames.json: Expecting value'),
     ([], 'frames.json: it holds a list; it must be a mapping'), ({'frames': []}, "'cameras' is missing"),
     ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'file': 'a.png', 'camera': 'c'}]}, 'a.png cannot be read'),
@@ -52,6 +53,28 @@ def test_explain_says_and_draws_what_is_there(tmp_path, capsys):
     assert out.startswith(said) and 'At 600, 400: there is no dark quadrilateral' in out
     assert cv2.imread(str(tmp_path / 'pictures' / 'square.png')).shape[0] > 480
     assert json.loads((tmp_path / 'out.json').read_text())['frames']['square']['detections'] == []
+
+
+def test_images_without_a_description_are_those_of_a_webcam(tmp_path, capsys):
+    image = np.full((480, 640), 220, np.uint8)
+    image[100:226, 100:226] = drawing.marker_image(5, 126)
+    for name in ('near.png', 'other.JPG'):
+        cv2.imwrite(str(tmp_path / name), image)
+    (tmp_path / 'notes.txt').write_text('no image')
+    out = tmp_path / 'out.json'
+    assert markers_cli.main([str(tmp_path), '--json', str(out)]) == 0
+    found = {name: frame['detections'] for name, frame in json.loads(out.read_text())['frames'].items()}
+    assert [(name, each['id']) for name, (each,) in sorted(found.items())] == [('near.png', 5), ('other.JPG', 5)]
+    assert found['near.png'][0]['position'][2] == pytest.approx(525 / 126, rel=0.01)  # focal length [px] / width [px]
+    capsys.readouterr()
+    assert markers_cli.main([str(tmp_path / 'near.png'), '--explain']) == 0
+    assert capsys.readouterr().out.startswith('near.png:\n  1: found as marker 5 (126 px wide')
+
+
+def test_file_that_is_not_an_image(tmp_path, capsys):
+    (tmp_path / 'a.png').write_text('text')
+    assert markers_cli.main([str(tmp_path / 'a.png')]) == 1
+    assert 'a.png cannot be read as an image' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('point', ['5', 'x,y', '1,2,3'])

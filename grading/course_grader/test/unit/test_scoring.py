@@ -174,7 +174,7 @@ RIGHT = {
     'print_marker_x': [lambda turtle: show(turtle, lambda marker, x: f'{marker} is at x = {x}' if marker else 'none'),
                        lambda turtle: show(turtle, lambda marker, x: f'{x:.1f}' if marker else 'none')],
 }
-WRONG = [  # exercise, what is done, a part of the reasons
+WRONG = [  # exercise, what is done, a part of the reasons or hints
     ('print_marker_ids', lambda turtle: show(turtle, first_alone(turtle)), '2 of 3'),
     ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: marker_id(marker, x) + '\nNo AR markers'),
      'printed 2 of 2 times, and 2 of 2 times with a marker shown'),
@@ -265,7 +265,8 @@ WRONG = [  # exercise, what is done, a part of the reasons
 def graded(name, act):
     turtle = GradedTurtle(x=4.0, y=3.0)
     act(turtle)
-    return scoring.decide(exercise.load(FOLDER / f'{name}.yaml'), turtle.observed)
+    made = exercise.load(FOLDER / f'{name}.yaml')
+    return symptoms.advise(made, turtle.observed, scoring.decide(made, turtle.observed))
 
 
 @pytest.mark.parametrize('name, act', [(name, act) for name, acts in RIGHT.items() for act in acts])
@@ -275,10 +276,11 @@ def test_right_nodes_score_100(name, act):
 
 
 @pytest.mark.parametrize('name, act, said', WRONG)
-def test_wrong_nodes_fail_with_the_reason(name, act, said):
+def test_wrong_nodes_fail_with_the_reason_or_hint(name, act, said):
     decided = graded(name, act)
     assert decided.outcome == 'failed' and decided.score < 80.0
-    texts = [f'{reason.asked}: {reason.seen}' for reason in decided.reasons] + decided.objections
+    texts = [f'{reason.asked}: {reason.seen}' for reason in decided.reasons]
+    texts += [*decided.objections, *decided.hints]
     assert any(said in text for text in texts), texts
 
 

@@ -159,12 +159,16 @@ class Explanation:
         return lines
 
     def at(self, point: tuple[float, float]) -> str:
-        """Return the line of the smallest candidate that a point [px] lies on, or of the nearest one."""
+        """Return the line of the candidate that a point [px] lies on, or of the nearest one.
+
+        Of several, it is the one that may be a marker, because its white cells are candidates, too; or the smallest.
+        """
         x, y = point
         if not self.candidates:
             return f'At {x:.0f}, {y:.0f} there is no dark quadrilateral, nor anywhere else.'
         every = self.candidates + self.others
-        number, nearest = min(enumerate(every, 1), key=lambda each: (each[1].away(point), each[1].side))
+        number, nearest = min(enumerate(every, 1), key=lambda each: (
+            each[1].away(point), each[1].stage not in (FOUND, *READ), each[1].side))
         away = nearest.away(point)
         said = f'there is no dark quadrilateral on something brighter; the nearest is {away:.0f} px away; of it: '
         return f'At {x:.0f}, {y:.0f}: {said if away else ""}{self._line(number, nearest)}'

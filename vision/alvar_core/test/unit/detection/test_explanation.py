@@ -12,7 +12,7 @@ from alvar_core import drawing
 from alvar_core.camera import default_camera
 from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
-from alvar_core.detection.explanation import FOUND, RANKS, explain
+from alvar_core.detection.explanation import FOUND, RANKS, Candidate, Explanation, explain
 
 HERE = pathlib.Path(__file__).resolve()
 FRAMES = HERE.parents[5] / 'test' / 'data' / 'alvar'
@@ -78,6 +78,19 @@ def test_found_marker_and_what_is_beside_it():
     assert result.lines[0].startswith('1: found as marker 42 (90 px wide, 10.0 px per cell, at 295, 22')
     assert result.at((295, 225)).startswith('At 295, 225: 1: found as marker 42')
     assert 'there is no dark quadrilateral' in result.at((600, 400))
+
+
+def square(side, stage):
+    corners = np.array([[0, 0], [side, 0], [side, side], [0, side]], float) - side / 2
+    return Candidate(corners, stage, f'{stage} of {side} px', (0, 0, 0))
+
+
+@pytest.mark.parametrize('stages, said', [  # of squares of 90, 50 and 30 px in each other
+    (('margin', 'code', 'sides'), '1: margin of 90 px'),  # white cells of a marker
+    (('border', 'code', 'sides'), '3: sides of 30 px')])
+def test_point_on_several_candidates_is_on_the_marker_or_the_smallest(stages, said):
+    candidates = [square(side, stage) for side, stage in zip((90, 50, 30), stages)]
+    assert said in Explanation(9, candidates[:2], candidates[2:]).at((0, 0))
 
 
 def test_image_without_anything():
