@@ -36,7 +36,7 @@ class ScanNode:
         self._info = None
         self._scan = Publisher('scan', LaserScan, queue_size=10)
         self._info_topic = info_topic(rospy.resolve_name('image'), rospy.resolve_name('camera_info'),
-                                      rospy.names.ns_join(rospy.get_namespace(), 'camera_info'))
+                                      f'{rospy.get_namespace()}camera_info')
         rospy.Subscriber(self._info_topic, CameraInfo, self._on_info, queue_size=1)
         rospy.Subscriber('image', Image, self._on_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
         parameters.log_effective()
