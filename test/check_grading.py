@@ -30,7 +30,7 @@ import psutil
 import check_red_team
 from collection.rostests import CHANGE
 from course_grader.classes import submissions
-from course_grader.rules.exercise import BESIDE
+from course_grader.rules import exercise as exercises
 from plain_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -40,6 +40,7 @@ SOME = {  # exercise: its sample; no two are graded by the same means, or handed
     'command_server': 'right',  # calls of services
     'fibonacci_server': 'wrong',  # goals of an action
     'follow_turtle': 'right',  # a second turtle, and tf
+    'hand_in_map': 'wrong',  # a file instead of a program
     'launch_two_turtles': 'wrong',  # a launch file
     'log_levels': 'right',  # log messages
     'own_messages': 'wrong',  # a package with messages, built first
@@ -56,7 +57,7 @@ GRADED = {'result.json', 'junit.xml', 'output.txt'}
 OF_A_CLASS = {'submission.json'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
                 'path.png', 'path.svg',  # without a path there is no picture
-                *(f'{name}.txt' for name in BESIDE)}
+                *(f'{name}.txt' for name in exercises.BESIDE)}
 JOBS = 2
 REPEATED, TIMES, AT_ONCE = 'stop_at_x/right_borderline.py', 10, 4  # barely passes with the SEED
 RED_TEAM = 'red_team_'
@@ -98,7 +99,8 @@ def check_samples(path, folder):
     """Return the errors in the gradings of the samples of an exercise."""
     if (path / 'package.xml').exists():
         return check_packages(path, folder)
-    _, found, _ = submissions.find_flat(str(path), path.name)
+    asked = exercises.load(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / f'{path.name}.yaml')
+    _, found, _ = submissions.find_flat(str(path), path.name, lambda _: asked.of_map)
     expected = {(sample.student, path.name): expectation(Path(sample.program)) for sample in found}
     return check_class([str(path), '--exercise', path.name], expected, folder)
 
@@ -118,6 +120,8 @@ def hand_in(sample, student):
     if sample.suffix == '.launch' and (sample.parent / 'package.xml').exists():
         shutil.copytree(sample.parent, student, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
     shutil.copy(sample, student / f'{exercise}{sample.suffix}')
+    for image in sample.parent.glob('*.pgm'):
+        shutil.copy(image, student)
     return {(student.name, exercise): expectation(sample)}
 
 
@@ -126,7 +130,7 @@ def check_some_exercises(folder):
     students, expected = folder.with_name(f'{folder.name}_students'), {}
     for exercise, kind in SOME.items():
         path = DATA / 'submissions' / exercise
-        sample = min([*path.glob(f'{kind}_*.py'), *path.glob(f'{kind}_*.launch')])
+        sample = min(file for suffix in ('py', 'launch', 'yaml') for file in path.glob(f'{kind}_*.{suffix}'))
         is_package = (path / 'package.xml').exists()
         expected.update(hand_in(sample, students / (f'{kind}_{exercise}' if is_package else kind)))
     return check_class([str(students)], expected, folder)

@@ -63,7 +63,8 @@ def _section(step):
     for name in names:
         loaded = exercise.load(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml')
         text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))
-        file = next((file for file in (f'{name}.launch', f'{name}.cmd') if file in loaded.asks), f'{name}.py')
+        files = [f'{name}.{ending}' for ending in ('launch', 'cmd', 'yaml', 'py')]
+        file = next((file for file in files if file in loaded.asks), files[-1])
         parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{file}**. To grade it:\n\n'
                      f'```\n./run grade {name} -- FOLDER/{file}\n```\n')
     return ''.join(parts)

@@ -2,9 +2,9 @@
 
 programs.yaml lists the repositories, by commit, and for each program what is typed and which condition ends it. None of
 their code is in this repository, and nothing of it is built: the programs are Python, launch files and robot models,
-and each checkout stands in ROS_PACKAGE_PATH. ``./run bench programs FOLDER`` takes the checkouts in FOLDER
-(FOLDER/NAME, a name as in the list) and fetches missing ones with git; without FOLDER they are in output/checkouts.
-Each program has a ROS master of its own.
+and the checkouts of a program are a workspace that overlays ours, as catkin_make would make it. ``./run bench programs
+FOLDER`` takes the checkouts in FOLDER (FOLDER/NAME, a name as in the list) and fetches missing ones with git; without
+FOLDER they are in output/checkouts. Each program has a ROS master of its own.
 """
 
 import contextlib
@@ -88,14 +88,22 @@ def run_program(name):
             stack.callback(subject.master.stop)
             # As roscore does: two roslaunch that start at once would choose two, and one of them would end.
             xmlrpc.client.ServerProxy(subject.uri).setParam('/bench', '/run_id', str(uuid.uuid4()))
-            environment = {'ROS_PACKAGE_PATH': os.pathsep.join(filter(None, (
-                *map(str, paths.values()), os.environ.get('ROS_PACKAGE_PATH')))), **program.get('environment', {})}
+            environment = {**_overlay(Path(folder, 'devel'), list(map(str, paths.values()))),
+                           **program.get('environment', {})}
             children = []
             for command in program['run']:
                 children.append(_start(stack, subject, children, command, paths, environment))
             seconds = _await_end(stack, subject, program, children)
         return {name: [seconds], 'ended': [name]}
     return run
+
+
+def _overlay(devel, paths):
+    """Make the devel space of a workspace with packages in these folders; return the variables that add it."""
+    devel.mkdir()
+    (devel / '.catkin').write_text(';'.join(paths), encoding='utf-8')
+    return {name: os.pathsep.join(filter(None, (*first, os.environ.get(name))))
+            for name, first in (('CMAKE_PREFIX_PATH', [str(devel)]), ('ROS_PACKAGE_PATH', paths))}
 
 
 def _start(stack, subject, children, command, paths, environment):

@@ -51,9 +51,10 @@ def right_program(exercise):
 
 def _programs(exercise, name, both=False):
     """Return the samples of this name in Python, or, of an exercise without these, other ones; or both."""
-    python, launch, commands = (list((SAMPLES / exercise).glob(f'{name}.{ending}'))
-                                for ending in ('py', 'launch', 'cmd'))
-    return python + launch + commands if both else python or launch + commands
+    python, launch, commands, maps = (list((SAMPLES / exercise).glob(f'{name}.{ending}'))
+                                      for ending in ('py', 'launch', 'cmd', 'yaml'))
+    others = launch + commands + maps
+    return python + others if both else python or others
 
 
 def hand_in(program, student):

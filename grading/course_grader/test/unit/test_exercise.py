@@ -28,7 +28,8 @@ def test_the_task_says_what_counts(path):
              if key in scored.parameters]
     names += [scored.parameters['by'] for scored in loaded.rules
               if scored.parameters.get('by', '').startswith('teleport_')]
-    counted = [*names, f' {loaded.time:g} s', *(['/reset'] if 'reset' in loaded.allows else [])]
+    counted = [*names, *([] if loaded.of_map else [f' {loaded.time:g} s']),
+               *(['/reset'] if 'reset' in loaded.allows else [])]
     assert [text for text in counted if text not in loaded.asks] == []
 
 
@@ -161,6 +162,11 @@ MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
      "world: like is 'minimase'; it must be one of ar, bangbang"),
     ({**MAZE, 'world': {'like': 'minimaze', 'boxes': [{'name': 'wall1'}]}}, 'world: '),
     ({'simulator': 'robotont', 'checks': [{'check': 'maps', 'points': 100}]}, 'check 1 (maps) needs a world'),
+    ({**MAZE, 'checks': [{'check': 'maps', 'of': 'file', 'points': 50},
+                         {'check': 'connects', 'topic': '/scan', 'role': 'subscribes', 'points': 50}]},
+     'check 2 (connects) needs a program, and a check maps with of: file has none: give it an exercise of its own'),
+    ({**MAZE, 'beside': ['amcl'], 'checks': [{'check': 'maps', 'of': 'file', 'points': 100}]},
+     'beside needs a program, and a check maps with of: file has none'),
     ({**MAZE, 'checks': [{'check': 'navigates', 'goals': [['1 m', '2 m']], 'points': 100}]},
      "check 1 (navigates): goals: ['1 m', '2 m'] must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]"),
     ({**MAZE, 'beside': ['amcl'], 'parameters': {'/move_base/controller_frequency': 5.0}},

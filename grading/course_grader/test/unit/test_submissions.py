@@ -54,6 +54,18 @@ def test_a_class(tmp_path):
     assert submissions.exercises_in(folder) == {'exam': f'{folder}/exam.yaml'}
 
 
+def test_a_map_is_found_where_an_exercise_asks_for_one(tmp_path):
+    folder = fill(tmp_path, {'anna/maps/stop_at_x.yaml': '', 'anna/maps/stop_at_x.pgm': '', 'anna/black_path.yaml': '',
+                             'ben/stop_at_x.py': '', 'carl/mine.yaml': '', 'carl/mine.pgm': ''})
+    _, found, left_out = submissions.find(folder, NAMES, of_map=lambda exercise: exercise == 'stop_at_x')
+    assert [one[:3] for one in found] == [('anna', 'stop_at_x', (f'{folder}/anna/maps/stop_at_x.yaml',))]
+    assert 'ben/stop_at_x.py: the exercise asks for another kind of file' in [one.text() for one in left_out]
+    found = submissions.find(folder, ['stop_at_x'], only='stop_at_x', of_map=lambda exercise: True)[1]
+    assert [one[:2] for one in found] == [('anna', 'stop_at_x'), ('carl', 'stop_at_x')]
+    students, found, left_out = submissions.find_flat(f'{folder}/carl', 'stop_at_x', lambda exercise: True)
+    assert students == ['mine'] and found[0].command == (f'{folder}/carl/mine.yaml',) and not left_out
+
+
 def test_the_command_line_wins_over_what_it_starts(tmp_path):
     folder = fill(tmp_path, {'anna/stop_at_x.py': '', 'anna/stop_at_x.cmd': 'python3 stop_at_x.py fast'})
     assert submissions.find(folder, NAMES)[1][0].command == ('python3', f'{folder}/anna/stop_at_x.py', 'fast')

@@ -35,7 +35,9 @@ class ScanNode:
         self._throttle = WallThrottle(REPEAT)
         self._info = None
         self._scan = Publisher('scan', LaserScan, queue_size=10)
-        rospy.Subscriber('camera_info', CameraInfo, self._on_info, queue_size=1)
+        self._info_topic = info_topic(rospy.resolve_name('image'), rospy.resolve_name('camera_info'),
+                                      f'{rospy.get_namespace()}camera_info')
+        rospy.Subscriber(self._info_topic, CameraInfo, self._on_info, queue_size=1)
         rospy.Subscriber('image', Image, self._on_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
         parameters.log_effective()
 
@@ -47,7 +49,7 @@ class ScanNode:
             return
         info = self._info
         if info is None:
-            self._throttle.warn('info', 'No message on %s yet; scans begin with it.', rospy.resolve_name('camera_info'))
+            self._throttle.warn('info', 'No message on %s yet; scans begin with it.', self._info_topic)
             return
         try:
             found = scan(depths(image), _camera(info), self._settings)
@@ -60,6 +62,14 @@ class ScanNode:
                             range_max=self._settings.farthest, ranges=found.ranges.tolist())
         message.header.stamp, message.header.frame_id = image.header.stamp, self._frame or image.header.frame_id
         self._scan.publish(message)
+
+
+def info_topic(image, given, default):
+    """Return the topic of camera_info for that of the images: beside it, as in image_transport, unless it is remapped.
+
+    ``given`` is camera_info as it is remapped, ``default`` as it is not.
+    """
+    return given if given != default else f'{image.rpartition("/")[0]}/camera_info'
 
 
 def _camera(info):

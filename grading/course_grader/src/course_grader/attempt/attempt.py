@@ -25,7 +25,7 @@ import psutil
 import rosgraph
 import rospy
 
-from course_grader.attempt import beside, forked, robots, static_analysis
+from course_grader.attempt import beside, forked, map_file, robots, static_analysis
 from course_grader.attempt.guard import Guard
 from course_grader.attempt.navigation_reader import NavigationReader
 from course_grader.attempt.recording_reader import RecordingReader
@@ -95,6 +95,8 @@ def run(job):
     The attempt owns this process: its folder and environment become those of the Job.
     """
     os.chdir(job.folder)
+    if job.exercise.of_map:
+        return map_file.grade(job)
     try:
         command, remarks = sandbox.runnable(job.command)
         packages = job.packages or _package(command)

@@ -104,7 +104,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
 def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
     remote.require_isolation(options)
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
-    found = _class(options, exercises)
+    found = _class(options, exercises, load)
     class_results.check_output(options.output)
     names = sorted({submission.exercise for submission in found.submissions})
     class_results.check_weights(options.weights, names)
@@ -132,7 +132,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     return exit_codes.INTERRUPTED if interrupted else code
 
 
-def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
+def _class(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> Found:
     """Return the content of the folder of the class."""
     if not os.path.exists(options.folder):
         raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})')
@@ -142,16 +142,19 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
     options.folder, unread, origin = downloads.folder_of_class(options.folder, options.output)
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
-        found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best))
+        found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best,
+                                                   of_map=lambda one: load(exercises[one]).of_map))
     else:
         name = os.path.splitext(os.path.basename(options.exercise))[0]
         path = options.exercise if os.path.isfile(options.exercise) else exercises.get(options.exercise)
         if path is None:
             raise ClassError(f'--exercise {options.exercise}: there is no such exercise; give the path of an '
                              f'exercise file, or one of {", ".join(sorted(exercises))}')
+        asks_for_map = load(path).of_map
+        flat = submissions.has_programs(options.folder)
         found = Found({name: os.path.abspath(path)}, *(
-            submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
-            submissions.find(options.folder, [name], options.best, only=name)))
+            submissions.find_flat(options.folder, name, lambda _: asks_for_map) if flat else
+            submissions.find(options.folder, [name], options.best, name, lambda _: asks_for_map)))
     times = _worksheet_times(options, origin)
     return found._replace(left_out=[*found.left_out, *unread], origin=origin, submissions=[
         one._replace(handed_in=_handed_in(one, options, origin, times)) for one in found.submissions])

@@ -7,6 +7,7 @@ The folder of a class contains one folder per student, and somewhere in it a fil
     FOLDER/ben/black_path.launch            a launch file, started by roslaunch
     FOLDER/ben/square_by_teleport           any other executable or script (also with an ending, such as .bash)
     FOLDER/ben/set_pen_and_goto_pose.cmd    one line with a command; files that it names lie beside it
+    FOLDER/ben/hand_in_map.yaml             a map, where an exercise asks for one; its image lies beside it
     FOLDER/exam.yaml                        an exercise file of the teacher's own
 
 Names are matched ignoring case; '-' and '_' are the same. For a single exercise the folder may contain the programs
@@ -23,6 +24,7 @@ from course_grader.isolation import sandbox, student_files
 STARTERS = '.launch', sandbox.COMMAND  # they start other programs; the last has priority
 TYPES = ('.py', *STARTERS)  # programs of any file mode
 EXERCISE_TYPES = ('.yaml', '.yml')
+IMAGE = '.pgm'  # of a map
 ARCHIVES = ('.zip', '.tar', '.tgz', '.gz', '.xz', '.bz2', '.7z', '.rar')
 OF_A_PACKAGE = '__init__.py', 'setup.py'  # programs for no exercise
 COMPILED = b'\x7fELF'
@@ -69,13 +71,13 @@ def exercises_in(folder: str) -> Dict[str, str]:
             if os.path.splitext(name)[1] in EXERCISE_TYPES}
 
 
-def find(folder: str, names: Sequence[str], best: bool = False, only: str = ''
-         ) -> Tuple[List[str], List[Submission], List[LeftOut]]:
+def find(folder: str, names: Sequence[str], best: bool = False, only: str = '',
+         of_map: Callable[[str], bool] = lambda exercise: False) -> Tuple[List[str], List[Submission], List[LeftOut]]:
     """Return (students, [Submission], [LeftOut]) of a class for the exercises with these names.
 
     Programs with the name of no exercise are left out, such as ``stop_at_x (1).py``. With ``best`` that is an attempt,
     and so is each program of the same name in another folder of the student. ``only``: the single exercise, for which
-    the only program of a student counts, whatever its name.
+    the only program of a student counts, whatever its name. ``of_map(exercise)``: whether a map file is handed in.
     """
     students = {_readable(name): name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name))}
     found: List[Submission] = []
@@ -89,12 +91,12 @@ def find(folder: str, names: Sequence[str], best: bool = False, only: str = ''
         deep: List[str] = []
         for path in _files(own, deep.append):
             key = _key(path) if _key(path) in keys or not best else VERSION.sub('', _key(path))
-            if key in keys and _is_program(path):
+            if key in keys and _fits(path, keys[key], of_map):
                 fitting.setdefault(keys[key], []).append(path)
             else:
                 others.append(path)
-        programs = list(filter(_is_program, others))
-        if only and not fitting and len(programs) == 1:
+        programs = [path for path in others if only and _fits(path, only, of_map)]
+        if not fitting and len(programs) == 1:
             fitting[only] = programs
             others.remove(programs[0])
         for exercise in names:
@@ -133,8 +135,10 @@ def _why_left_out(path: str, keys: Dict[str, str]) -> str:
     key = _key(os.path.basename(path).partition('.')[0])
     if path.lower().endswith(ARCHIVES):
         return 'it is an archive: unpack it'
-    if os.path.basename(path) in OF_A_PACKAGE:
+    if os.path.basename(path) in OF_A_PACKAGE or path.endswith(IMAGE):
         return ''
+    if _is_program(path) and _key(path) in keys:
+        return 'the exercise asks for another kind of file'
     if _is_program(path):
         meant = VERSION.sub('', key)
         close = [meant] if meant in keys else difflib.get_close_matches(key, keys, 1)
@@ -154,16 +158,17 @@ def has_programs(folder: str) -> bool:
     return any(map(_is_program, filter(os.path.isfile, paths))) or not any(map(os.path.isdir, paths))
 
 
-def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], List[LeftOut]]:
+def find_flat(folder: str, exercise: str, of_map: Callable[[str], bool] = lambda exercise: False
+              ) -> Tuple[List[str], List[Submission], List[LeftOut]]:
     """Return the same for a folder that contains the students' programs themselves."""
     paths = [os.path.join(folder, name) for name in _listed(folder)]
     by_student: Dict[str, List[str]] = {}
     left_out: List[LeftOut] = []
     for path in paths:
         name = _readable(os.path.basename(path))
-        if os.path.isfile(path) and _is_program(path):
+        if os.path.isfile(path) and _fits(path, exercise, of_map):
             by_student.setdefault(os.path.splitext(name)[0], []).append(path)
-        elif not path.endswith(EXERCISE_TYPES):
+        elif not path.endswith((*EXERCISE_TYPES, IMAGE)):
             left_out.append(LeftOut('', name, _why_left_out(path, {}) or 'it is not a program'))
     if not by_student:
         there = [os.path.basename(path) for path in paths]
@@ -221,6 +226,13 @@ def _is_program(path: str) -> bool:
     """Return whether a file can be started, whatever its mode; only what is compiled has to be executable."""
     return path.endswith(TYPES) or os.path.isfile(path) and (
         os.access(path, os.X_OK) or bool(sandbox.interpreter_of(path)))
+
+
+def _fits(path: str, exercise: str, of_map: Callable[[str], bool]) -> bool:
+    """Return whether a file can be a submission for an exercise."""
+    if path.endswith(EXERCISE_TYPES):
+        return of_map(exercise)
+    return _is_program(path) and not of_map(exercise)
 
 
 def _key(path: str) -> str:

@@ -202,6 +202,11 @@ class Exercise(NamedTuple):
     robots: Dict[str, Dict[str, Span]] = {}  # several ones, by name, each with its start as in ``start``
     solution: str = ''  # a Python program whose path is compared with that of students
 
+    @property
+    def of_map(self) -> bool:
+        """Whether a map file is handed in, and no program."""
+        return any(map(_of_map, self.rules))
+
 
 def load(path: documents.Path, student: str = '') -> Exercise:
     """Return the Exercise of a file, for a student if it varies.
@@ -384,6 +389,8 @@ def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: L
 
 def _contradictions(made: Exercise) -> Iterator[str]:
     """Yield texts about requirements that no program can fulfil."""
+    yield from (f'{key} needs a program, and a check maps with of: file has none'
+                for key in ('beside', 'stimuli', 'robots') if made.of_map and getattr(made, key))
     for number, rule in enumerate(made.rules, 1):
         yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
     if made.solution and not any(rule.name == 'same_path' for rule in made.rules):
@@ -413,6 +420,8 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs the key through with two or more points for the shape line, and no such key for others'
     if rule.name == 'passes' and bool(values['through']) == (None not in (values['x'], values['y'])):
         yield 'needs either x and y, or through'
+    if made.of_map and not _of_map(rule):
+        yield 'needs a program, and a check maps with of: file has none: give it an exercise of its own'
     yield from _missing_robot(rule, made)
     yield from _missing_stimulus(rule, made)
     if rule.name == 'same_path' and not made.solution:
@@ -427,6 +436,10 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs the line: allows: [teleport]'
     if (by_teleports or rule.name in ('pen', 'background')) and made.simulator != 'turtlesim':
         yield 'needs simulator: turtlesim'
+
+
+def _of_map(rule: ScoredRule) -> bool:
+    return rule.name == 'maps' and bool(rule.parameters['of'] == 'file')
 
 
 def _missing_robot(rule: ScoredRule, made: Exercise) -> Iterator[str]:

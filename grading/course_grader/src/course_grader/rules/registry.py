@@ -104,6 +104,7 @@ RULES: Dict[str, Rule] = {
         'turtle': Parameter('text', ..., 'the name of the turtle that follows turtle1'),
         'distance': Parameter('length', 0.1, 'how near it has to be at the end')}),
     'maps': Rule(rules_navigation.maps, {
+        'of': Parameter(('topic', 'file'), 'topic', 'file: the map file that is handed in, and no program runs'),
         'iou': Parameter('share', 0.95, 'of the free area that map and truth have in common, intersection by union'),
         'found': Parameter('share', 0.95, 'how much of the walls has to be found'),
         'right': Parameter('share', 0.95, 'how many of the wall cells have to lie near a wall')}),

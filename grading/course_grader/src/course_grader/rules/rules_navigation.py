@@ -28,7 +28,7 @@ SHOWN = 100  # characters of what move_base says
 
 
 def maps(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """The last map on /map shows the walls: it is moved to where it fits them best, and compared with them."""
+    """The last map on /map, or a map file, shows the walls: it is moved to where it fits best, and compared."""
     asked = f'a map that agrees with the walls: IoU of the free area at least {wanted.iou:g}'
     if observed.map is None:
         return Result(0.0, asked, 'there is no map on /map')
