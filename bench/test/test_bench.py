@@ -35,6 +35,8 @@ def test_suite_describes_its_measurements_and_figures(name):
     (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], '--peers is only for'),
     (['turtlesim', '--times', '3'], '--times is only for ./run bench grading and hints'),
     (['grading', '--busy', '0'], '--busy'), (['markers', '--none'], '--none needs'),
+    (['navigation', '--peer', '/nonexistent'], 'there is no built catkin workspace'),
+    (['navigation', '--node', 'x'], 'does not accept --node'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
