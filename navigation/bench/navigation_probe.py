@@ -1,21 +1,16 @@
-"""What a node of navigation is measured with (see probing.py): drives that are played to it, and goals to drive to.
+"""What a node of navigation is measured with (see probing.py): drives that are played to it.
 
 ``/clock`` belongs to this probe: after each message it waits until all threads of the node sleep, so a drive is the
-same however fast the machine is. roscpp's timers wake up every millisecond, so not all of the node's time counts.
+same however fast the machine is. A timer of roscpp that wakes up in the meantime hardly ever counts as work.
 """
 import math
-import random
 import time
 import xmlrpc.client
 
-import actionlib
+import numpy as np
 import rosgraph
 import rospy
 import tf2_ros
-import yaml
-from actionlib_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import Odometry
 from nav_msgs.srv import GetMap, GetMapResponse
 from rosgraph_msgs.msg import Clock
@@ -23,30 +18,26 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
-import goals as random_goals
 import maze_drive
+from goals import RESOLUTION
 from kinematic_core.timing.idle_threads import ProcessThreads
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_Z, frames
-from kinematic_core.worlds.robot_world import ROBOT_RADIUS, RobotWorld
 from maze_drive import CAMERA, CAMERA_FARTHEST, CAMERA_NEAREST, INCREMENT, MOUNT, START
+from navigation_core.maps.grid_map import OCCUPIED, UNKNOWN, GridMap
 from navigation_core.maps.scores import scores, true_map
-from navigation_core.poses import Pose, wrap
 from navigation_ros import grids
-from navigation_ros.poses import from_pose, of_transform, to_pose, to_transform
+from navigation_ros.poses import from_pose, of_transform, to_transform
 from probing import COME_UP, Silent, await_true, say
 from sim_ros import robotont_messages
-from suite_navigation import NOISES, carried_log, error, known_grid, moments
+from suite_navigation import NOISES, carried_log, error, moments
 
-MAP_SEED, LOCALISATION_SEED, GOAL_SEED = 1, 2, 1
+MAP_SEED, LOCALISATION_SEED = 1, 2
 BEGIN = 10.0  # [s] of /clock at the start of a drive
 TICKS = 2  # of /clock from scan to scan, for the node's timers
 CALM, POLL = 2, 0.002  # checks in a row, [s] between them
 BUSY = 60.0  # [s] a node may work on a scan
 NAMES = frames('')
-GOAL_PATIENCE = 60.0  # [s]
-STILL = 0.01  # [m/s, rad/s]
-TOUCH = 0.001  # [m]
 
 
 class Player:
@@ -153,6 +144,16 @@ def map_drive(drive):
     say(errors=errors, iou=found.iou, right=found.right, found=found.found)
 
 
+def true_grid():
+    """Return the true map, which favours no mapper's offset; around the walls, all is unknown."""
+    grid = true_map(maze_drive.walls(), RESOLUTION)
+    rows, columns = np.nonzero(grid.cells == OCCUPIED)
+    inside = np.s_[rows.min():rows.max() + 1, columns.min():columns.max() + 1]
+    cells = np.full_like(grid.cells, UNKNOWN)
+    cells[inside] = grid.cells[inside]
+    return GridMap(cells, grid.resolution, grid.origin)
+
+
 def _localise(log, events=()):
     """Play a drive to amcl; return the errors [m]."""
     first, deviation = log[0].truth, 0.2
@@ -161,7 +162,7 @@ def _localise(log, events=()):
         rospy.set_param(f'amcl/initial_cov_{name}{name}', deviation ** 2)
     rospy.set_param('amcl/odom_model_type', 'omni-corrected')
     rospy.set_param('amcl/max_particles', 500)
-    player, asked, grid = Player(), [], grids.as_lists(grids.to_message(known_grid(), 'map'))
+    player, asked, grid = Player(), [], grids.as_lists(grids.to_message(true_grid(), 'map'))
     rospy.Service('static_map', GetMap, lambda _: asked.append(True) or GetMapResponse(grid))
     say(ready=True)
     await_true(lambda: asked, COME_UP, 'a call of static_map')
@@ -182,78 +183,3 @@ def lose(call):
     log, carried = carried_log(moments(*NOISES['good'], LOCALISATION_SEED))
     events = {carried: rospy.ServiceProxy('global_localization', Empty)} if call else ()
     say(errors=_localise(log, events), carried=carried)
-
-
-class Truth:
-    """The true poses of the simulated robot."""
-
-    def __init__(self):
-        self.messages = []
-        rospy.Subscriber('robotont_gazebo/ground_truth', Odometry, self._on_pose, tcp_nodelay=True)
-        await_true(lambda: self.messages, COME_UP, 'a true pose')
-
-    def _on_pose(self, message):
-        self.messages.append(message)
-
-    @property
-    def pose(self):
-        return to_pose(self.messages[-1].pose.pose)
-
-    def stands(self):
-        twist = self.messages[-1].twist.twist
-        return max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) < STILL
-
-
-def _configure():
-    """Set the parameters of move_base as move_base.launch does."""
-    common, *others = (yaml.safe_load((random_goals.CONFIG / f'{name}.yaml').read_text()) for name in (
-        'costmap_common_params', 'costmap_global_params', 'costmap_local_params', 'planner_global_params',
-        'planner_local_params'))
-    for values in others:
-        for key, value in values.items():
-            rospy.set_param(f'move_base/{key}', {**common, **value} if key.endswith('costmap') else value)
-
-
-def goals(number):
-    """Send random goals to move_base; say what became of them."""
-    truth, planner = Truth(), random_goals.SimulatedRobot(GOAL_SEED)
-    _configure()
-    walls = rospy.Publisher('map', grids.Grid, latch=True, queue_size=1)
-    walls.publish(grids.to_message(true_map(maze_drive.walls(), random_goals.RESOLUTION), 'map'))
-    frame = tf2_ros.StaticTransformBroadcaster()
-    frame.sendTransform(to_transform(Pose(), 'map', NAMES.odom, rospy.Time.now()))
-    say(ready=True)
-    client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
-    if not client.wait_for_server(rospy.Duration(COME_UP)):
-        raise Silent(f'move_base: not within {COME_UP:g} s')
-    say(begun=True)
-    numbers, drives, limit = random.Random(GOAL_SEED), [], random_goals.GOALS
-    while len(drives) < number:
-        goal = Pose(numbers.uniform(-limit, limit), numbers.uniform(-limit, limit), numbers.uniform(-math.pi, math.pi))
-        planner.world.place(*truth.pose)
-        shortest = planner.shortest(goal)
-        if shortest is not None:
-            drives.append(_drive(client, truth, goal, shortest))
-    say(drives=drives)
-
-
-def _drive(client, truth, goal, shortest):
-    """Send a goal; return what became of it. Distance, turn and the like are None unless it was reached."""
-    del truth.messages[:-1]
-    target, begun = PoseStamped(pose=from_pose(goal)), time.monotonic()
-    target.header.frame_id = 'map'
-    client.send_goal(MoveBaseGoal(target))
-    client.wait_for_result(rospy.Duration(GOAL_PATIENCE))
-    seconds, reached = time.monotonic() - begun, client.get_state() == GoalStatus.SUCCEEDED
-    client.cancel_all_goals()
-    await_true(truth.stands, COME_UP, 'a robot that stands')
-    poses = [to_pose(message.pose.pose) for message in list(truth.messages)]
-    body = RobotWorld(maze_drive.plan(), START, radius=ROBOT_RADIUS + TOUCH)
-    touched = sum(body.nearest_free(pose.x, pose.y) != (pose.x, pose.y) for pose in poses)
-    length = sum(math.dist(one[:2], other[:2]) for one, other in zip(poses, poses[1:]))
-    distance, turn = math.dist(poses[-1][:2], goal[:2]), abs(float(wrap(poses[-1].yaw - goal.yaw)))
-    result = random_goals.Drive(reached, distance, turn, touched, length, shortest, seconds, [], [])
-    known = reached and {'distance': distance, 'turn': turn, 'seconds': seconds,
-                         'detour': length / shortest if shortest > random_goals.SHORT else None}
-    return {'good': result.good, 'reached': reached, 'touched': touched,
-            **(known or dict.fromkeys(('distance', 'turn', 'seconds', 'detour')))}

@@ -1,4 +1,4 @@
-"""The nodes of navigation on drives through the minimaze and in the simulator: ours, and those of a peer's workspace.
+"""slam_gmapping and amcl as nodes, on drives through the minimaze: ours, and those of a peer's workspace.
 
 All get the same scans, transforms and odometry (navigation_probe.py), and the parameters of the course's launch files.
 A drive is played as fast as the node takes it, so that the load of the machine changes no figure but processor time.
@@ -16,10 +16,9 @@ FOUND = 0.2  # [m]
 CERTAIN = 5.0  # [s] for which a robot must stay found
 PERIOD = 0.2  # [s] between two scans
 NEARLY = 0.99  # shares that differ by less are equal: repeated maps differ by this much
-EXECUTABLES = {'gmapping': 'slam_gmapping', 'amcl': 'amcl', 'move_base': 'move_base'}
+EXECUTABLES = {'gmapping': 'slam_gmapping', 'amcl': 'amcl'}
 FRAMES = {'gmapping': ('_base_frame:=base_footprint', '_odom_frame:=odom'),
-          'amcl': ('_base_frame_id:=base_footprint', '_odom_frame_id:=odom'), 'move_base': ()}
-PLUGINS = ('costmap_2d', 'navfn', 'base_local_planner', 'clear_costmap_recovery', 'rotate_recovery')  # of move_base
+          'amcl': ('_base_frame_id:=base_footprint', '_odom_frame_id:=odom')}
 RECOVERY = '_recovery_alpha_slow:=0.001', '_recovery_alpha_fast:=0.1'  # what amcl's documentation suggests
 NO_RECOVERY = '_recovery_alpha_slow:=0.0', '_recovery_alpha_fast:=0.0'
 LOST = {'carried': (RECOVERY, False), 'told': (NO_RECOVERY, True)}  # parameters, whether global_localization is called
@@ -42,10 +41,8 @@ def command(subject, package):
     if subject.side == OURS:
         return [*find_node(package, executable), *FRAMES[package]]
     devel = devel_space(subject.command[0])
-    missing = [name for name in (package, *(PLUGINS if package == 'move_base' else ()))
-               if not os.path.isdir(os.path.join(devel, 'share', name))]
-    if missing:
-        raise BenchError(f'{devel} has no package {", ".join(missing)}. Build it there, or leave this out: see --only')
+    if not os.path.isdir(os.path.join(devel, 'share', package)):
+        raise BenchError(f'{devel} has no package {package}. Build it there, or leave this out: see --only')
     return [os.path.join(devel, 'env.sh'), os.path.join(devel, 'lib', package, executable), *FRAMES[package]]
 
 
@@ -94,24 +91,6 @@ def until_found(errors):
     return len(errors) * PERIOD
 
 
-def goals(subject, scale):
-    """Send move_base random goals in the simulator, in real time; map and localisation are the true ones."""
-    words, number = command(subject, 'move_base'), 20 if scale.starts > 1 else 3
-    simulator = ['roslaunch', 'robotont_gazebo', 'world_minimaze.launch', 'model:=robotont_gazebo_lidar']
-    with subject.start('simulator', simulator) as running, subject.probe(PROBE, 'goals', number=number) as probe:
-        answer(probe, 0.0, running)
-        with subject.start(f'move_base of {subject.side}', words) as node:
-            answer(probe, 0.0, node)
-            cpu = Cpu(node.pid)
-            found = answer(probe, 60.0 * number, node, running)
-            used = cpu.percent()
-    drives = found['drives']
-    return {'nodes_goals': [100.0 * sum(drive['good'] for drive in drives) / number],
-            'nodes_reached': [100.0 * sum(drive['reached'] for drive in drives) / number], 'nodes_share': [used],
-            **{f'nodes_{key}': [drive[key] for drive in drives if drive[key] is not None]
-               for key in ('distance', 'turn', 'touched', 'detour', 'seconds')}}
-
-
 def measurements(noises):
     """Return {name: Measurement} of the nodes; ``noises``: {drive: (noise [m], slip)}."""
     return {**{f'nodes_map_{drive}': Measurement(partial(map_drive, drive), f'slam_gmapping, {drive} odometry')
@@ -120,8 +99,7 @@ def measurements(noises):
             **{f'nodes_localise_{drive}': Measurement(partial(localise, drive), f'amcl, {drive} odometry')
                for drive in noises},
             'nodes_carried': Measurement(partial(lose, 'carried'), 'amcl, a robot that is carried away'),
-            'nodes_told': Measurement(partial(lose, 'told'), 'amcl, the same with a call of global_localization'),
-            'nodes_goals': Measurement(goals, 'move_base, 20 random goals')}
+            'nodes_told': Measurement(partial(lose, 'told'), 'amcl, the same with a call of global_localization')}
 
 
 def figures(noises):
@@ -143,11 +121,3 @@ def figures(noises):
         yield Figure(f'{words}: CPU a scan', f'nodes_{drive}_local_time', 'ms', median, at_most)
     yield Figure('amcl, carried away: time until found', 'nodes_carried', 's', median, at_most)
     yield Figure('amcl, carried away and global_localization: likewise', 'nodes_told', 's', median, at_most)
-    yield Figure('move_base: goals that meet all targets', 'nodes_goals', '%', median, at_least)
-    yield Figure('move_base: goals that it says are reached', 'nodes_reached', '%', median, at_least)
-    yield Figure('move_base: distance from these at the end, median', 'nodes_distance', 'm', median, at_most)
-    yield Figure('move_base: heading there, median error', 'nodes_turn', 'rad', median, at_most)
-    yield Figure('move_base: times at a wall, 30 a second', 'nodes_touched', '', sum, Target('at_most', 0.0))
-    yield Figure('move_base: length of the drive over the shortest path, median', 'nodes_detour', '', median, at_most)
-    yield Figure('move_base: time for a goal, median', 'nodes_seconds', 's', median, at_most)
-    yield Figure('move_base: share of a core', 'nodes_share', '%', median, at_most)
