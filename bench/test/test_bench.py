@@ -37,6 +37,8 @@ def test_suite_describes_its_measurements_and_figures(name):
     (['turtlesim', '--minutes', '3'], '--minutes is only for ./run bench page'),
     (['page', '--minutes', '0'], 'it must be above 0'),
     (['grading', '--busy', '0'], '--busy'), (['markers', '--none'], '--none needs'),
+    (['navigation', '--peer', '/nonexistent'], 'there is no built catkin workspace'),
+    (['navigation', '--node', 'x'], 'does not accept --node'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:

@@ -2,6 +2,8 @@
 
 The odometry of a robot in `NOISES` gets worse from drive to drive. Pose errors are those of every scan (5 a second);
 processor time is that of one scan.
+
+With --peer WORKSPACE, the nodes are measured instead, and those of the workspace beside them: see stacks.py.
 """
 import math
 import os
@@ -14,6 +16,7 @@ import cv2
 import numpy as np
 
 import goals
+import stacks
 from figures import Figure, Target, median
 from maze_drive import START, camera_scan, drive, lidar_scan, walls
 from navigation_core.localisation import particle_filter
@@ -23,9 +26,10 @@ from navigation_core.maps.scores import scores
 from navigation_core.poses import Pose
 from navigation_core.slam import mapper
 from navigation_core.slam.mapper import Mapper
+from processes import BenchError
 from session import FULL, QUICK, Measurement
 
-NEEDS_NODE = False
+PACKAGE, EXECUTABLE = 'gmapping', 'slam_gmapping'
 NOISES = {'exact': (0.0, 0.0), 'good': (0.02, 0.02), 'fair': (0.05, 0.05), 'bad': (0.1, 0.05)}  # noise [m], slip
 PARTICLES = 500
 SPREAD = np.diag([0.2, 0.2, 0.2]) ** 2
@@ -33,7 +37,7 @@ UPDATE_DISTANCE, UPDATE_TURN = 0.2, math.pi / 6.0  # [m], [rad] amcl's
 CARRIED = 150, 330  # scans between which the robot is carried: it does not see them
 FOUND = 0.2  # [m]
 
-__all__ = ['FIGURES', 'FULL', 'MEASUREMENTS', 'NEEDS_NODE', 'QUICK']
+__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 cv2.setNumThreads(1)
 moments = lru_cache(maxsize=None)(drive)
 
@@ -68,16 +72,27 @@ def known_map():
     return MeasuredMap(mapped(moments(*NOISES['exact'], 1), lidar_scan)[0].to_map(), 2.0)
 
 
-def localised(log, carried=False, **settings):
+def carried_log(log):
+    """Return (Moments without those in which the robot was carried, index of the first after that).
+
+    Its wheels did not turn meanwhile, and no time has passed.
+    """
+    before, after = log[:CARRIED[0]], log[CARRIED[1]:]
+    last, first = before[-1], after[0]
+    wait = last.time - before[-2].time
+    return before + [moment._replace(time=last.time + wait + moment.time - first.time,
+                                     odometry=last.odometry.then(first.odometry.step_to(moment.odometry)))
+                     for moment in after], len(before)
+
+
+def localised(log, **settings):
     """Return (errors [m] of each scan, processor time of each update [ms])."""
     tracked = ParticleFilter(known_map(), particle_filter.Settings(
         max_particles=PARTICLES, motion='omni-corrected', **settings), SensorModel())
     tracked.place(log[0].truth, SPREAD)
     last = base = None
     errors, times = [], []
-    for index, moment in enumerate(log):
-        if carried and index == CARRIED[0]:
-            last = moment.odometry  # the wheels did not turn
+    for moment in log:
         step = last.step_to(moment.odometry) if last else Pose()
         if base is None or math.hypot(step.x, step.y) > UPDATE_DISTANCE or abs(step.yaw) > UPDATE_TURN:
             begun = time.process_time()
@@ -99,12 +114,11 @@ def localise(name, _subject, _scale):
 
 def carry(_subject, _scale):
     """Measure how long a robot that was carried away drives until it knows where it is."""
-    log = moments(*NOISES['good'], 2)
-    log = log[:CARRIED[0]] + log[CARRIED[1]:]
-    errors, _ = localised(log, True, recovery_slow=0.001, recovery_fast=0.1)
-    late = [index for index in range(CARRIED[0], len(log)) if errors[index] > FOUND]
-    first = next(index for index in range(CARRIED[0], len(log)) if errors[index] < FOUND)
-    return {'carried': [log[first].time - log[CARRIED[0]].time], 'carried_lost': [100.0 * len(late) / len(log)]}
+    log, start = carried_log(moments(*NOISES['good'], 2))
+    errors, _ = localised(log, recovery_slow=0.001, recovery_fast=0.1)
+    late = [index for index in range(start, len(log)) if errors[index] > FOUND]
+    first = next(index for index in range(start, len(log)) if errors[index] < FOUND)
+    return {'carried': [log[first].time - log[start].time], 'carried_lost': [100.0 * len(late) / len(log)]}
 
 
 MEASUREMENTS = {f'map_{name}': Measurement(partial(map_drive, name, lidar_scan, name, 1), f'map, {name} odometry',
@@ -115,6 +129,18 @@ MEASUREMENTS.update({f'localise_{name}': Measurement(partial(localise, name), f'
                                                      in_process=True) for name in NOISES})
 MEASUREMENTS['goals'] = Measurement(lambda _subject, _scale: goals.measured(), '20 random goals', in_process=True)
 MEASUREMENTS['carried'] = Measurement(carry, 'a robot that is carried away', in_process=True)
+NODES = stacks.measurements(NOISES)
+CORE = list(MEASUREMENTS)
+MEASUREMENTS.update(NODES)
+
+
+def use(options):
+    """Measure the nodes with a peer, and the core without one, unless the user has chosen."""
+    if options.node:
+        raise BenchError('the suite navigation measures several nodes, so it does not accept --node')
+    if options.peer:
+        stacks.devel_space(options.peer)
+    options.only = options.only or list(NODES if options.peer else CORE)
 
 
 def _map_figures(key, words, iou, limit):
@@ -137,4 +163,5 @@ FIGURES = (
     Figure('carried away: time until found', 'carried', 's', median, Target('below', 15.0)),
     Figure('carried away: scans off by more than 0.2 m', 'carried_lost', '%'),
     *goals.FIGURES,
+    *stacks.figures(NOISES),
 )

@@ -1,0 +1,74 @@
+"""./run bench navigation with a peer: its workspace, what it lacks, the log of a carried robot. No node is started."""
+import argparse
+import math
+
+import pytest
+
+import maze_drive
+import stacks
+import suite_navigation
+from navigation_core.poses import Pose
+from processes import BenchError
+from session import Subject
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    """A workspace in which only gmapping is built."""
+    (tmp_path / 'devel' / 'share' / 'gmapping').mkdir(parents=True)
+    (tmp_path / 'devel' / 'env.sh').touch()
+    return tmp_path
+
+
+@pytest.fixture
+def peer(workspace, monkeypatch):
+    monkeypatch.setattr(Subject, 'start_master', lambda self: setattr(self, 'uri', 'http://localhost:1'))
+    return Subject('peer', [str(workspace)], str(workspace))
+
+
+@pytest.mark.parametrize('name', ['', 'devel', 'devel/setup.bash'])
+def test_a_workspace_may_be_named_by_its_devel_space(workspace, name):
+    assert stacks.devel_space(str(workspace / name)) == str(workspace / 'devel')
+
+
+def test_a_node_of_the_peer_runs_in_its_own_environment(workspace, peer):
+    devel = f'{workspace}/devel'
+    assert stacks.command(peer, 'gmapping')[:2] == [f'{devel}/env.sh', f'{devel}/lib/gmapping/slam_gmapping']
+
+
+def test_a_package_that_the_peer_lacks_is_named(peer):
+    with pytest.raises(BenchError, match='no package amcl. Build'):
+        stacks.command(peer, 'amcl')
+
+
+def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(workspace):
+    chosen = []
+    for peer, only in ((None, None), (str(workspace), None), (str(workspace), ['map_bad'])):
+        options = argparse.Namespace(node=None, peer=peer, only=only)
+        suite_navigation.use(options)
+        chosen.append(options.only)
+    core, nodes, own = chosen
+    assert 'map_bad' in core and 'nodes_map_bad' in nodes and own == ['map_bad']
+    assert set(core).isdisjoint(nodes) and set(core) | set(nodes) == set(suite_navigation.MEASUREMENTS)
+
+
+@pytest.mark.parametrize('errors, expected', [
+    ([1.0] * 10 + [0.1] * 40, 2.0),  # 10 scans of 0.2 s
+    ([0.1] * 5 + [1.0] * 5 + [0.1] * 40, 2.0),  # found by chance, lost again
+    ([None] * 3 + [0.1] * 40, 0.6), ([1.0] * 50, 10.0)])
+def test_a_robot_is_found_once_it_is_not_lost_again(errors, expected):
+    assert stacks.until_found(errors) == pytest.approx(expected)
+
+
+def test_the_wheels_of_a_carried_robot_do_not_turn():
+    """Between the two scans around the gap, the odometry stands; after it, each step is that of the drive."""
+    log = [maze_drive.Moment(0.2 * index, Pose(0.1 * index, 0.0, 0.0), Pose(0.05 * index, 0.01 * index, 0.02 * index),
+                             None) for index in range(suite_navigation.CARRIED[1] + 3)]
+    carried, start = suite_navigation.carried_log(log)
+    assert (len(carried), start) == (len(log) - 180, 150)  # scans 150 to 329 are left out
+    assert carried[start].odometry == pytest.approx(log[start - 1].odometry)
+    assert carried[start].truth == log[330].truth
+    assert carried[-1].odometry == pytest.approx(carried[-2].odometry.then(log[-2].odometry.step_to(log[-1].odometry)))
+    assert [after.time - before.time for before, after in zip(carried, carried[1:])] == pytest.approx(
+        [0.2] * (len(carried) - 1))
+    assert math.dist(carried[start].truth[:2], carried[start - 1].truth[:2]) > 10.0
