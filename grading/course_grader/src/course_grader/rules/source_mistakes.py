@@ -74,6 +74,12 @@ def dotted(node: ast.AST) -> str:
     return node.id if isinstance(node, ast.Name) else ''
 
 
+def number(node: ast.AST) -> Optional[float]:
+    """Return the number that is written there, or None."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
 def functions(one: Program) -> List[Function]:
     return [node for node in one.nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
@@ -285,11 +291,10 @@ def _bound(test: ast.AST) -> Optional[Tuple[str, bool, float]]:
     if not isinstance(test, ast.Compare) or len(test.ops) != 1 or any(
             isinstance(part, ast.Call) for part in ast.walk(test)):
         return None
-    limit, upward = test.comparators[0], isinstance(test.ops[0], (ast.Gt, ast.GtE))
-    if not isinstance(limit, ast.Constant) or type(limit.value) not in (int, float) or not (
-            upward or isinstance(test.ops[0], (ast.Lt, ast.LtE))):
+    limit, upward = number(test.comparators[0]), isinstance(test.ops[0], (ast.Gt, ast.GtE))
+    if limit is None or not (upward or isinstance(test.ops[0], (ast.Lt, ast.LtE))):
         return None
-    return ast.dump(test.left), upward, limit.value
+    return ast.dump(test.left), upward, limit
 
 
 def _no_init_node(one: Program) -> Iterator[str]:

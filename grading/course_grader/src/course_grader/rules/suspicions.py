@@ -6,7 +6,7 @@ import ast
 import re
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
-from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last
+from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last, number
 
 POSITIONS = 'x', 'y', 'theta'
 ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
@@ -154,9 +154,8 @@ def sleeps_in_a_callback(one: Program) -> Iterator[str]:
                  for argument in (*call.args[2:3], *(key.value for key in call.keywords if key.arg == 'callback'))}
     for function in functions(one):
         for call in calls(list(ast.walk(function)), 'sleep') if function.name in callbacks else ():
-            given = call.args[0] if call.args else None
-            if given is None or isinstance(given, ast.Constant) and type(given.value) in (int, float) \
-                    and given.value >= LONG_SLEEP:
+            seconds = number(call.args[0]) if call.args else LONG_SLEEP  # rate.sleep()
+            if seconds is not None and seconds >= LONG_SLEEP:
                 yield (f'the callback {function.name} sleeps in line {call.lineno}, and gets the next message only '
                        'after that: let it return at once')
                 return
