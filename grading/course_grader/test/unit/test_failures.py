@@ -97,6 +97,8 @@ def test_what_python_says(source, advice):
      "'x', 'y', 'theta'"),
     ("rospy.service.ServiceException: service [/turtle1/set_pens] unavailable", '', 'no service /turtle1/set_pens'),
     ("service handler returned None", '', 'must return a response'),
+    ("service cannot process request: handler returned invalid value: Invalid number of arguments",
+     "rospy.Service('/a', Trigger, go)", '`return TriggerResponse(...)`'),
     ("AttributeError: '_Pose' object has no attribute 'X'", '', 'Pose has no field X'),
     ("AttributeError: type object 'Twist' has no attribute 'linear'", '', 'message = Twist()'),
     ("TypeError: callback() missing 1 required positional argument: 'pose'",

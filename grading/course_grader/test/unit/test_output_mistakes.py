@@ -18,6 +18,8 @@ SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531
     (lambda pose: '5.54 5.54', 'always the same'),
     (lambda pose: f'x {pose.x:.3f} theta {pose.theta:.3f}', 'theta'),
     (lambda pose: f'{pose.y:.3f}, {pose.theta:.3f}', 'theta'),
+    (lambda pose: f'x = {pose.x:.3f}, y = {pose.x:.3f}', 'printed twice'),
+    (lambda pose: f'{pose.y:.3f} {pose.y:.3f}', 'printed twice'),
     (lambda pose: f'{pose.x:.3f} {pose.y:.3f}', None),
     (lambda pose: 'hello', None)])
 def test_poses(say, advice):
@@ -26,10 +28,13 @@ def test_poses(say, advice):
     assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
 
 
-def test_one_pose():
-    turtle = GradedTurtle(2.0, 7.0).print('2.00 7.00').drive(4.0, 1.0, 0.7)
+@pytest.mark.parametrize('exit_code, count', [(None, 1), (0, 1), (None, 10)])
+def test_few_poses(exit_code, count):
+    turtle = GradedTurtle(2.0, 7.0)
+    turtle.drive(0.1 * count, 1.0, 0.7, say=lambda pose: f'{pose.x:.3f} {pose.y:.3f}').drive(4.0, 1.0, 0.7)
+    turtle.observed.exit_code = exit_code
     said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])
-    assert 'only 1 poses are printed' in said['prints_poses'][0]
+    assert f'only {count} poses are printed' in said['prints_poses'][0]
 
 
 @pytest.mark.parametrize('name, say, advice', [
@@ -38,6 +43,8 @@ def test_one_pose():
     ('print_marker_x', lambda marker, at: f'{marker}', 'it prints id of each marker'),
     ('print_marker_x', lambda marker, at: f'{at[0]:.3f}', None),
     ('print_marker_ids', lambda marker, at: f'{at[0]:.3f}', 'it prints x of each marker'),
+    ('print_marker_ids', lambda marker, at: f'{[21, 35, 47].index(marker) % 2}', 'it counts the markers'),
+    ('print_marker_ids', lambda marker, at: f'{1 + [21, 35, 47].index(marker) % 2}', 'it counts the markers'),
     ('print_marker_ids', lambda marker, at: f'{marker}', None),
     ('print_marker_ids', lambda marker, at: 'a marker', None)])
 def test_markers(name, say, advice):

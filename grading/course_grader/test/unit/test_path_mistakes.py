@@ -63,6 +63,22 @@ def test_velocities(linear, angular, advice):
     assert advice in said[0] if advice else said == []
 
 
+def test_wrong_velocities_explain_the_path():
+    turtle = GradedTurtle(5.0, 5.0).drive(35.0, 0.5, 11.46)
+    turtle.observed.timed_out = True
+    one = exercise.load(FOLDER / 'publish_circle.yaml')
+    assert list(path_mistakes.found(one, turtle.observed, ['commands', 'draws'])) == ['commands']
+
+
+@pytest.mark.parametrize('angular, advice', [(0.0, 'angular.z is 0.0, the default of ~angular'), (0.3, None)])
+def test_a_parameter_that_is_not_set(angular, advice):
+    turtle = GradedTurtle(3.0, 3.0).drive(3.0, 0.5, angular)
+    turtle.observed.source = "v.linear.x = rospy.get_param('~linear', 1.0)\nturn = rospy.get_param('~angular', 0.0)\n"
+    one = exercise.load(FOLDER / 'launch_two_turtles.yaml')
+    said = path_mistakes.found(one, turtle.observed, ['commands'])['commands']
+    assert said[0].startswith(advice) if advice else said == []
+
+
 @pytest.mark.parametrize('act, advice', [
     (lambda turtle: turtle.drive(1.0, 1.0), 'the turtle drives: call /turtle1/teleport_absolute'),
     (lambda turtle: turtle.wait(1.0), 'no call of /turtle1/teleport_absolute arrived'),
@@ -109,14 +125,49 @@ def test_velocities_of_the_wrong_sign(name, what, sign, advice):
     assert advice in said[0] if advice else not any('sign' in hint for hint in said)
 
 
-def followed(*steps):
+@pytest.mark.parametrize('speed, advice', [(lambda error: 0.5, True), (lambda error: -error, False),
+                                           (lambda error: error, False)])
+def test_velocities_to_one_side_only(speed, advice):
+    seen = Observed()
+    for number in range(20):
+        error = 0.3 if number < 8 else -0.3
+        seen.sensed.append(Sensed(0.1 * number, 'marker left', error))
+        seen.commands.append(Command(0.1 * number + 0.05, 0.0, 0.0, speed(error)))
+    said = path_mistakes.found(exercise.load(FOLDER / 'keep_centre.yaml'), seen, ['keeps'])['keeps']
+    assert (path_mistakes.ONE_WAY in said) == advice
+
+
+@pytest.mark.parametrize('x, stops, exit_code, advice', [
+    (8.0, False, 0, 'its last command is not zero'), (8.0, True, 0, None), (8.0, False, None, None),
+    (4.0, False, 0, None)])
+def test_a_program_that_ends_while_the_turtle_drives(x, stops, exit_code, advice):
+    turtle = GradedTurtle(x, 5.0).drive(2.1, 1.0).drive(0.1 if stops else 0.0)
+    turtle.observed.exit_code = exit_code
+    said = path_mistakes.found(exercise.load(FOLDER / 'stop_at_x.yaml'), turtle.observed, ['stops'])['stops']
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('backward, advice', [(False, 'it never drives backward'), (True, None)])
+def test_a_robot_that_only_drives_forward(backward, advice):
+    seen = Observed()
+    for number in range(40):
+        error = 0.4 if number < 10 else -0.25
+        seen.sensed.append(Sensed(0.1 * number, 'marker ahead', 0.6 + error))
+        seen.commands.append(Command(0.1 * number + 0.05, error if backward else max(0.0, error), 0.0, 0.0))
+    said = path_mistakes.found(exercise.load(FOLDER / 'keep_distance.yaml'), seen, ['keeps'])['keeps']
+    assert advice in said[0] if advice else said == []
+
+
+def followed(*steps, leader=(), reads=()):
     """Return the advice on a turtle2 that drives (speed, turn speed) for a second each."""
     x = y = theta = 0.0
     track = [Sample(0.0, x, y, theta)]
     for number, (speed, turn) in enumerate(steps, 1):
         x, y, theta = x + speed * math.cos(theta), y + speed * math.sin(theta), theta + turn
         track.append(Sample(float(number), x, y, theta))
-    observed = Observed(turtles={'turtle2': track}, connections={('/turtle2/cmd_vel', 'publishes')})
+    observed = Observed(turtles={'turtle2': track}, connections={
+        ('/turtle2/cmd_vel', 'publishes'), *((name, 'subscribes') for name in reads)})
+    observed.track = [Sample(sample.t, *leader, 0.0) for sample in track if leader]
     return path_mistakes.found(exercise.load(FOLDER / 'follow_turtle.yaml'), observed, ['follows'])['follows']
 
 
@@ -125,4 +176,13 @@ def followed(*steps):
     ([(0.5, 0.0)] * 5, 'turtle2 never turns'), ([(0.5, 0.3)] * 5, None)])
 def test_a_follower_that_does_not_drive_as_it_should(steps, advice):
     said = followed(*steps)
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('leader, reads, advice', [
+    ((-2.0, 0.5), ('/turtle1/pose', '/turtle2/pose'), 'drives away from turtle1'),
+    ((8.0, 1.0), ('/turtle1/pose', '/turtle2/pose'), None), ((8.0, 1.0), ('/turtle1/pose', '/tf'), None),
+    ((8.0, 1.0), ('/turtle1/pose',), 'receives no pose of turtle2')])
+def test_a_follower_on_its_way_to_a_turtle(leader, reads, advice):
+    said = followed(*[(0.5, 0.05)] * 5, leader=leader, reads=reads)
     assert advice in said[0] if advice else said == []

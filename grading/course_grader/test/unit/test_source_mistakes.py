@@ -44,6 +44,13 @@ def found(text):
     ("class A:\n    def show(self, pose):\n        x = pose.x\n    def x_of(self):\n        return self.x\nA()\n",
      'self.x = ...'),
     ("class A:\n    def show(message):\n        print(message)\nA().show()\n", 'def show(self, message)'),
+    ("clear = rospy.ServiceProxy('/clear', Empty)\nclear\n", 'only names clear: parentheses call it, as in clear()'),
+    ("def go(q):\n    print(q)\nrospy.Service('/a', Trigger, go)\n", '`return TriggerResponse()`'),
+    ("def go(q):\n    print(q)\nrospy.Service('/a', Trigger, handler=go)\n", '`return TriggerResponse()`'),
+    ("s = SimpleActionServer('a', FibonacciAction, go, False)\nrospy.spin()\n", 'call its start()'),
+    ("s = SimpleActionServer('a', FibonacciAction, execute_cb=go, auto_start=False)\n", 'call its start()'),
+    ("if x >= 6:\n    pass\nelif x >= 8:\n    pass\n", 'line 8 never holds, because that in line 6'),
+    ("if p.x < 10:\n    pass\nelif y < 3:\n    pass\nelif p.x < 8:\n    pass\n", 'line 10 never holds'),
     ("rospy.Subscriber('/turtle1/pose', Twist, print)\n", '/turtle1/pose has the type Pose'),
     ("from geometry_msgs.msg import Pose\nrospy.Subscriber('turtle1/pose', Pose, print)\n",
      'from turtlesim.msg import Pose'),
@@ -52,6 +59,16 @@ def found(text):
 ])
 def test_mistakes(text, advice):
     assert advice in '\n'.join(found(text))
+
+
+@pytest.mark.parametrize('text', [
+    "if x >= 8:\n    pass\nelif x >= 6:\n    pass\n", "if x < 6:\n    pass\nelif x > 8:\n    pass\n",
+    "if x >= 6:\n    pass\nelif y >= 8:\n    pass\n", "if x >= 6:\n    pass\nif x >= 8:\n    pass\n",
+    "if read() > 6:\n    pass\nelif read() > 8:\n    pass\n", "if x > a:\n    pass\nelif x > b:\n    pass\n",
+    "s = SimpleActionServer('a', FibonacciAction, go)\n", "m = Pose()\nm.x\n",
+    "s = SimpleActionServer('a', FibonacciAction, go, False)\ns.start()\n"])
+def test_what_may_be_right_is_none(text):
+    assert found(text) == []
 
 
 def test_a_program_that_is_no_node():

@@ -39,6 +39,11 @@ def found(text, positions=True):
     ("bag.write('/turtle1/pose', pose)\nfor m in bag.read_messages(topics=['/turtle1/cmd_vel']):\n    pass\n",
      "bag.write('/turtle1/pose', pose)\nfor m in bag.read_messages(topics=['/turtle1/pose']):\n    pass\n"
      "file.write('x')\n", 'the topic /turtle1/cmd_vel is read from the bag, but /turtle1/pose'),
+    ("def show(p):\n    rospy.sleep(1)\nrospy.Subscriber('/odom', Odometry, show)\n",
+     "def show(p):\n    rospy.sleep(0.01)\nrospy.Subscriber('/odom', Odometry, show)\ndef go():\n    rospy.sleep(1)\n",
+     'the callback show sleeps in line 2'),
+    ("def show(p):\n    rate.sleep()\nrospy.Subscriber('/odom', Odometry, callback=show)\n",
+     "def show(p):\n    pass\nrospy.Subscriber('/odom', Odometry, callback=show)\nrate.sleep()\n", 'sleeps in line 2'),
     ('while True:\n    pub.publish(twist)\n', 'while True:\n    pub.publish(twist)\n    rate.sleep()\n',
      'without a pause')])
 def test_suspicions(wrong, right, advice):

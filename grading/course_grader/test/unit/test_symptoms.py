@@ -42,6 +42,11 @@ def test_names_that_nobody_else_uses(connection, said):
     assert hints('publish_circle', connections=[connection])[0] == f'the program {said}'
 
 
+def test_a_name_that_the_program_uses_already_is_not_meant():
+    used = [('/cmd_vel', 'publishes'), ('/turtle2/cmd_vel', 'publishes')]
+    assert 'did you mean /turtle1/cmd_vel?' in hints('launch_two_turtles', connections=used)[0]
+
+
 @pytest.mark.parametrize('connection', [('/rosout', 'publishes'), ('/turtle1/cmd_vel', 'publishes'),
                                         ('/my_node/get_loggers', 'serves'), ('/something/else', 'publishes')])
 def test_other_names_are_not_suspected(connection):
@@ -88,6 +93,13 @@ def test_a_service_that_returns_nothing():
     def act(turtle):
         turtle.print("[ERROR] Error processing request: service handler returned None")
     assert 'must return a response' in hints('set_pen_and_goto_pose', act)[0]
+
+
+def test_each_of_several_checks_of_one_name_counts():
+    def act(turtle):  # blue is 255 by default, so that the reason of the last of three checks says little
+        turtle.observed.parameters = {f'/turtlesim/background_{part}': value for part, value in (
+            ('r', 69), ('g', 86), ('b', 255))}
+    assert 'its full name begins with that of the node' in hints('background_by_parameters', act)[0]
 
 
 def test_a_missing_spin():

@@ -180,6 +180,13 @@ def _not_a_list(match: Match[str], _source: str) -> str:
     return f'a {kind} is used as a list: check what the variable holds'
 
 
+def _no_response(_match: Match[str], source: str) -> str:
+    """Return advice on the function of a service that returns something else than a response."""
+    kinds = set(re.findall(r'\brospy\.Service\([^,\n]+,\s*(\w+)', source))
+    kind = kinds.pop() if len(kinds) == 1 else 'TeleportAbsolute'
+    return f'the function of a service must return a response of its own type: `return {kind}Response(...)`'
+
+
 def _types_differ(match: Match[str], _source: str) -> str:
     return str(two_types('a topic', [('one', match[1]), ('the other', match[2])]))
 
@@ -217,12 +224,10 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'names of nodes and topics are made of letters, digits and _ alone; blanks and other signs do not work'),
     (r"service cannot process request: parameter (\S+) is '.*must be a (?:whole )?number",
      'the parameter {0} is a text: write the number without quotation marks'),
-    (r"service cannot process request: (?!service handler returned None)([^\"\n]{1,120})",
+    (r"service cannot process request: (?!(?:service )?handler returned)([^\"\n]{1,120})",
      'the service refuses the request: {0}'),
-    (r"(?i)handler returned None|service cannot process request",
-     'the function of a service must return a response: `return TeleportAbsoluteResponse()`'),
-    (r"handler returned invalid value|handler .*returned (?:bad|wrong)|[Ii]nvalid response",
-     'the function of a service must return a response of its own type: `return TeleportAbsoluteResponse()`'),
+    (r"(?i)handler returned (?:None|invalid value|bad|wrong)|handler .*returned (?:bad|wrong)|invalid response|"
+     r"service cannot process request", _no_response),
     (r"Invalid number of arguments, args should be \[(.*?)\]",
      'the call or message takes exactly these values, in this order: {0}'),
     (r"No field name|(?:is not a valid|has no|Unknown) field|"

@@ -27,12 +27,17 @@ def _poses(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         return
     if rules_output.poses_are(observed, ('y', 'x'), wanted.tolerance) > MAJORITY:
         yield 'x and y are swapped: print x first and then y, or say which is which'
-    elif len(numbers) <= FEW_LINES < 2 * wanted.lines and observed.exit_code is None:
+    elif len(numbers) <= FEW_LINES < 2 * wanted.lines and observed.exit_code in (None, 0):
         yield f'only {len(numbers)} poses are printed: print in the callback, which is called for every pose'
     elif len(numbers) >= SAME_LINES and len({tuple(number.value for number in one) for one in numbers}) == 1:
         yield 'the numbers are always the same: print those of the message that the callback gets'
     elif all(number.value == int(number.value) and not number.rounded for one in numbers for number in one[-2:]):
         yield 'x and y are printed as whole numbers: print two decimals or more, as by %.2f'
+    elif sum(len(one) > 1 and one[-1].value == one[-2].value for one in numbers) > MAJORITY * len(numbers):
+        yield 'the same number is printed twice: print pose.x and pose.y'
+    elif len(numbers) < wanted.lines and rules_output.poses_are(observed, ('x', 'y'), wanted.tolerance) > MAJORITY:
+        yield (f'only {len(numbers)} poses are printed, of {wanted.lines} or more: print each one, in the callback, '
+               'and let it neither sleep nor wait')
     elif any(rules_output.poses_are(observed, (axis, 'theta'), wanted.tolerance) > MAJORITY for axis in 'xy'):
         yield 'one of the numbers is theta, the heading: print pose.x and pose.y'
 
@@ -54,6 +59,10 @@ def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         if rules_output.prints_markers(other, SimpleNamespace(what=what, tolerance=0.005)).share > MAJORITY:
             yield f'it prints {value} of each marker: print {asked} instead'
             return
+    counted = [dataclasses.replace(observed, shown=[shown._replace(markers=dict(enumerate(
+        shown.markers.values(), first))) for shown in observed.shown]) for first in (0, 1)]
+    if any(rules_output.prints_markers(other, SimpleNamespace(what='id')).share > MAJORITY for other in counted):
+        yield f'it counts the markers of each message: print {asked} instead of its place in the list'
 
 
 KINDS: Dict[str, Callable[[SimpleNamespace, Observed], Iterator[str]]] = {

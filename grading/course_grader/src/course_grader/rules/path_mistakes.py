@@ -2,6 +2,7 @@
 import bisect
 import itertools
 import math
+import re
 import statistics
 from types import SimpleNamespace
 from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
@@ -9,7 +10,7 @@ from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, period, within, written
-from course_grader.rules.observation import Command, Observed
+from course_grader.rules.observation import Command, Observed, Sample
 from kinematic_core.worlds import robot_world, turtle_world
 
 WALL = 0.01  # [m] from the edge of the arena
@@ -22,6 +23,8 @@ TURNING = 0.05  # [rad/s] and
 MOVING = 0.02  # [m/s]: from these values on, a command turns or drives
 STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
 HARDLY = 0.05  # [m/s] or [rad/s]: a follower reacts to an error of 0.3 m or rad by more
+OF_VELOCITY = {'linear.x': 'linear|speed|forward', 'angular.z': 'angular|turn'}  # in the names of parameters
+NUMBER = r'-?\d+(?:\.\d*)?'
 WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG}  # [s] without a command
 WATCHDOGS = 1.5  # watchdog times until the next command, so that the vehicle has stopped in between
 MIN_COMMANDS = 5  # commands that show that the vehicle goes the wrong way
@@ -32,6 +35,8 @@ SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exerc
     **dict.fromkeys(('ahead', 'marker ahead'),
                     'it drives the wrong way: linear.x has to be positive, forward, while the distance is larger than '
                     'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
+ONE_WAY = ('it only turns or drives to one side, wherever the marker is: let the velocity be proportional to y of the '
+           'marker, which is negative when the marker is to the right')
 SWINGS = 4  # changes of direction; one or two are an overshoot
 
 
@@ -42,6 +47,8 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
         if rule.name in lost and rule.name in KINDS:
             wanted = SimpleNamespace(**rule.parameters)
             hints.setdefault(rule.name, []).extend(KINDS[rule.name](wanted, exercise, observed))
+    if hints.get('commands'):  # other velocities than those of the task explain the path, too
+        hints.pop('draws', None)
     return hints
 
 
@@ -65,7 +72,11 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
         return
     linear = statistics.median(command.linear_x for command in observed.commands)
     angular = statistics.median(command.angular_z for command in observed.commands)
-    if ANY not in (wanted.linear, wanted.angular) and not within(linear, wanted.linear) and within(
+    defaults = [*_default('linear.x', linear, wanted.linear, observed.source),
+                *_default('angular.z', angular, wanted.angular, observed.source)]
+    if defaults:
+        yield from defaults
+    elif ANY not in (wanted.linear, wanted.angular) and not within(linear, wanted.linear) and within(
             linear, wanted.angular) and within(angular, wanted.linear):
         yield 'the two velocities are swapped: linear.x is the speed forward, and angular.z the turn speed'
     elif wanted.angular != ANY and not within(angular, wanted.angular) and within(
@@ -76,6 +87,15 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
     else:
         yield from _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
         yield from _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
+
+
+def _default(name: str, value: float, limits: Tuple[float, float], source: str) -> Iterator[str]:
+    """A velocity that is the default of a parameter, which is not set where the program looks for it."""
+    for parameter, default in re.findall(
+            rf"get_param\(\s*['\"](~\w*?(?:{OF_VELOCITY[name]})\w*)['\"]\s*,\s*({NUMBER})\s*\)", source):
+        if limits != ANY and not within(value, limits) and abs(value - float(default)) < STANDING:
+            yield (f'{name} is {default}, the default of {parameter}: the parameter is not set for this node; '
+                   f'<param name="{parameter[1:]}" value="..."/> stands inside of its <node>')
 
 
 def _other_velocity(name: str, value: float, limits: Tuple[float, float], meaning: str) -> Iterator[str]:
@@ -146,11 +166,15 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A velocity of the wrong sign, and a gain that is too small or too large."""
+    if wanted.what == 'marker left' and _goes_one_way(wanted, observed):
+        yield ONE_WAY
+        return
     if _goes_away(wanted, observed):
         yield SIGNS[wanted.what]
         return
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
     late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
+    nearer = sum(error < -wanted.tolerance for error in late)
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
     two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
     if not late or not speeds or two_speeds:
@@ -158,28 +182,47 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
     if STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
+    elif wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late):
+        yield 'it never drives backward, although it is too near: linear.x has to be negative then'
     elif sum(a * b < 0.0 for a, b in zip(speeds, speeds[1:])) >= SWINGS and min(late) < 0.0 < max(late):
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
 
 
 def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
     """Return whether most velocities increase the error of a quantity."""
+    products = [error * speed for error, speed in _reactions(wanted, observed)]
+    return len(products) >= MIN_COMMANDS and sum(product < 0.0 for product in products) > 0.8 * len(products)
+
+
+def _goes_one_way(wanted: SimpleNamespace, observed: Observed) -> bool:
+    """Return whether velocities have one sign although the errors have both."""
+    reactions = list(_reactions(wanted, observed))
+    left = sum(error > 0.0 for error, _ in reactions)
+    return min(left, len(reactions) - left) >= MIN_COMMANDS and len({speed > 0.0 for _, speed in reactions}) == 1
+
+
+def _reactions(wanted: SimpleNamespace, observed: Observed) -> Iterator[Tuple[float, float]]:
+    """Yield the error of a quantity and the velocity of each command, if both are large enough to have a sign."""
     sensed = [one for one in observed.sensed if one.what == wanted.what]
     times = [one.t for one in sensed]
-    products = []
     for command in observed.commands:
         place = bisect.bisect_right(times, command.t)
         error = sensed[place - 1].value - wanted.value if place else math.nan
         speed = command.angular_z + command.linear_y if wanted.what == 'marker left' else command.linear_x
         if abs(error) > MIN_ERROR and abs(speed) > STANDING:
-            products.append(error * speed)
-    return len(products) >= MIN_COMMANDS and sum(product < 0.0 for product in products) > 0.8 * len(products)
+            yield error, speed
 
 
 def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A position that is checked too rarely."""
+    """A position that is checked too rarely, or a program that ends there without a last command of zero."""
     times = [command.t for command in observed.commands]
-    if len(times) < 2 or max(map(abs, observed.commands[-1][1:4])) > STANDING:
+    if len(times) < 2:
+        return
+    if max(map(abs, observed.commands[-1][1:4])) > STANDING:
+        at = next((sample.x for sample in observed.track if sample.t >= times[-1]), math.inf)
+        if observed.exit_code == 0 and wanted.x is not None and abs(at - wanted.x) < 2.0 * wanted.tolerance:
+            yield ('its last command is not zero, so that the vehicle drives on when the program has ended: publish '
+                   'Twist() before that')
         return
     pause, speed = period(times), max(math.hypot(*command[1:3]) for command in observed.commands)
     if pause * speed > 2.0 * wanted.tolerance:
@@ -194,7 +237,16 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         yield (f'it publishes {driven[0]}, but it is {wanted.turtle} that has to drive: publish on '
                f'/{wanted.turtle}/cmd_vel')
         return
+    reads = {name for name, role in observed.connections if role == 'subscribes'}
+    if '/turtle1/pose' in reads and not reads & {f'/{wanted.turtle}/pose', '/tf', '/tf_static'}:
+        yield (f'it receives no pose of {wanted.turtle}: subscribe to /{wanted.turtle}/pose, too, because the way '
+               'to turtle1 depends on where both are')
+        return
     track = observed.turtles.get(wanted.turtle, [])
+    if _leads_away(track, observed.track):
+        yield (f'{wanted.turtle} drives away from turtle1: the way there is the position of turtle1 minus that of '
+               f'{wanted.turtle}; check the sign')
+        return
     steps = [(b.x - a.x) * math.cos(a.theta) + (b.y - a.y) * math.sin(a.theta) for a, b in zip(track, track[1:])]
     forward, backward = (sum(sign * step for step in steps if sign * step > 0.0) for sign in (1.0, -1.0))
     turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(track, track[1:]))
@@ -205,6 +257,19 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         yield f'{wanted.turtle} drives backward: linear.x has to be positive, such as the distance'
     elif track and turned < TURNED_WELL:
         yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
+
+
+def _leads_away(track: Sequence[Sample], leader: Sequence[Sample]) -> bool:
+    """Return whether nearly all steps of a turtle lead forward, and away from another one."""
+    times = [sample.t for sample in leader]
+    forward, away = 0.0, 0.0
+    for a, b in zip(track, track[1:]):
+        at = leader[min(bisect.bisect_left(times, a.t), len(leader) - 1)] if leader else a
+        dx, dy = b.x - a.x, b.y - a.y
+        if dx * math.cos(a.theta) + dy * math.sin(a.theta) > 0.0:
+            forward += math.hypot(dx, dy)
+            away += math.hypot(dx, dy) * (dx * (at.x - a.x) + dy * (at.y - a.y) < 0.0)
+    return forward > SHORT and away > 0.8 * forward
 
 
 def _at_wall(observed: Observed) -> bool:

@@ -4,7 +4,8 @@ import re
 from typing import Callable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
 
 Function = Union[ast.FunctionDef, ast.AsyncFunctionDef]
-NEED_PARENTHESES = 'publish', 'sleep', 'spin', 'is_shutdown', 'init_node', 'wait_for_service', 'unregister'
+NEED_PARENTHESES = ('publish', 'sleep', 'spin', 'is_shutdown', 'init_node', 'wait_for_service', 'unregister', 'start',
+                    'wait_for_server', 'wait_for_result', 'close')
 TAKE_A_FUNCTION = {'Subscriber': 2, 'Service': 2, 'Timer': 1, 'on_shutdown': 0}  # and its place
 WORKS = 'publish', 'init_node', 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'spin', 'sendTransform'
 MAKES = 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'Timer', 'publish'
@@ -73,6 +74,12 @@ def dotted(node: ast.AST) -> str:
     return node.id if isinstance(node, ast.Name) else ''
 
 
+def number(node: ast.AST) -> Optional[float]:
+    """Return the number that is written there, or None."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
 def functions(one: Program) -> List[Function]:
     return [node for node in one.nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
@@ -84,8 +91,10 @@ def _methods(one: Program) -> Iterator[Tuple[ast.ClassDef, Function]]:
 
 
 def _no_parentheses(one: Program) -> Iterator[str]:
-    """Functions that are named instead of called."""
-    own = {function.name for function in functions(one)}
+    """Functions and services that are named instead of called."""
+    own = {function.name for function in functions(one)} | {
+        last(node.targets[0]) for node in one.nodes if isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Call) and last(node.value.func) == 'ServiceProxy'}
     for node in one.nodes:
         if isinstance(node, ast.Expr) and dotted(node.value) and (
                 last(node.value) in NEED_PARENTHESES or last(node.value) in own):
@@ -205,13 +214,13 @@ def _returned_type(one: Program) -> Iterator[str]:
 
 def _handler_without_return(one: Program) -> Iterator[str]:
     """The function of a service that returns nothing."""
-    handlers = {last(call.args[2]) for call in calls(one.nodes, 'Service') if len(call.args) > 2}
-    handlers |= {last(key.value) for call in calls(one.nodes, 'Service') for key in call.keywords
-                 if key.arg == 'handler'}
+    handlers = {last(call.args[2]): last(call.args[1]) for call in calls(one.nodes, 'Service') if len(call.args) > 2}
+    handlers.update((last(key.value), last(call.args[1])) for call in calls(one.nodes, 'Service')
+                    for key in call.keywords if key.arg == 'handler' and len(call.args) > 1)
     for function in functions(one):
         if function.name in handlers and not any(isinstance(node, (ast.Return, ast.Yield, ast.Raise))
                                                  for node in ast.walk(function)):
-            yield 'the function of a service must return a response: `return TeleportAbsoluteResponse()`'
+            yield f'the function of a service must return a response: `return {handlers[function.name]}Response()`'
 
 
 def _after_spin(one: Program) -> Iterator[str]:
@@ -248,6 +257,44 @@ def _proxy_not_called(one: Program) -> Iterator[str]:
         if name and len(read) <= len(waits):
             made = dotted(node.targets[0])
             yield f'{made} is made, but never called: `{made}(...)` calls the service'
+
+
+def _not_started(one: Program) -> Iterator[str]:
+    """An action server that is never started."""
+    for call in calls(one.nodes, 'SimpleActionServer', 'ActionServer'):
+        given = [*call.args[3:4], *(key.value for key in call.keywords if key.arg == 'auto_start')]
+        if any(isinstance(value, ast.Constant) and value.value is False for value in given) and 'start' not in one.read:
+            yield f'the action server in line {call.lineno} is never started: call its start() after it is made'
+
+
+def _never_holds(one: Program) -> Iterator[str]:
+    """``if x >= 6: ... elif x >= 8: ...``."""
+    below = {part for node in one.nodes if isinstance(node, ast.If) for part in node.orelse[:1]
+             if len(node.orelse) == 1}
+    for node in one.nodes:
+        earlier: List[Tuple[str, bool, float, int]] = []
+        part = node if isinstance(node, ast.If) and node not in below else None
+        while part is not None:
+            bound = _bound(part.test)
+            for value, upward, limit, line in earlier if bound else ():
+                if bound and bound[:2] == (value, upward) and (bound[2] >= limit if upward else bound[2] <= limit):
+                    yield (f'the condition in line {part.lineno} never holds, because that in line {line} comes first '
+                           'and holds whenever it does: swap their order')
+                    return
+            earlier += [(*bound, part.lineno)] if bound else []
+            following = part.orelse[0] if len(part.orelse) == 1 else None
+            part = following if isinstance(following, ast.If) else None
+
+
+def _bound(test: ast.AST) -> Optional[Tuple[str, bool, float]]:
+    """Return of ``value > 6`` the value, whether it has to be larger, and the number; None of other conditions."""
+    if not isinstance(test, ast.Compare) or len(test.ops) != 1 or any(
+            isinstance(part, ast.Call) for part in ast.walk(test)):
+        return None
+    limit, upward = number(test.comparators[0]), isinstance(test.ops[0], (ast.Gt, ast.GtE))
+    if limit is None or not (upward or isinstance(test.ops[0], (ast.Lt, ast.LtE))):
+        return None
+    return ast.dump(test.left), upward, limit
 
 
 def _no_init_node(one: Program) -> Iterator[str]:
@@ -309,7 +356,7 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
-    _forgotten_self, _no_publish, _proxy_not_called, _after_spin, _waits_for_itself)
+    _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _after_spin, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:

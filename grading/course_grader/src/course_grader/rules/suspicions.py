@@ -6,7 +6,7 @@ import ast
 import re
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
-from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last
+from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last, number
 
 POSITIONS = 'x', 'y', 'theta'
 ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
@@ -15,6 +15,7 @@ NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
 SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write')  # functions that show a number
 AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
 ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
+LONG_SLEEP = 0.1  # [s]: longer than the messages of any sensor are apart
 WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that wrap it to -pi to pi
 
 
@@ -147,9 +148,22 @@ def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
                'name')
 
 
+def sleeps_in_a_callback(one: Program) -> Iterator[str]:
+    """A callback that waits, while the next messages queue up behind it."""
+    callbacks = {last(argument) for call in calls(one.nodes, 'Subscriber')
+                 for argument in (*call.args[2:3], *(key.value for key in call.keywords if key.arg == 'callback'))}
+    for function in functions(one):
+        for call in calls(list(ast.walk(function)), 'sleep') if function.name in callbacks else ():
+            seconds = number(call.args[0]) if call.args else LONG_SLEEP  # rate.sleep()
+            if seconds is not None and seconds >= LONG_SLEEP:
+                yield (f'the callback {function.name} sleeps in line {call.lineno}, and gets the next message only '
+                       'after that: let it return at once')
+                return
+
+
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _grows, _rounds_down, _in_degrees, _swapped_atan2, _part_of_a_quaternion, _another_topic_of_a_bag, _read_once,
-    _no_pause)
+    sleeps_in_a_callback, _no_pause)
 
 
 def found(one: Program, positions: bool) -> List[str]:

@@ -32,6 +32,7 @@ SHORTCUT_HINTS = {  # kind of a shortcut: advice
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
 MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves
+PRINTED = 'prints_poses', 'prints_markers', 'prints_no_marker', 'transform'  # checks of what callbacks do
 CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
 EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
 
@@ -40,7 +41,7 @@ class Seen(NamedTuple):
     """The input of predicates: the Observed, the checks that lost points, and the texts of output and failure."""
 
     observed: Observed
-    lost: Dict[str, Reason]
+    lost: Dict[str, List[Reason]]  # an exercise may have several checks of one name
     said: str
 
 
@@ -60,7 +61,8 @@ def _names(role: str) -> Predicate:
 PREDICATES: Dict[str, Predicate] = {
     'lost': lambda seen, wanted: wanted in seen.lost,
     'kept': lambda seen, wanted: wanted not in seen.lost,
-    'seen': lambda seen, wanted: any(re.search(wanted, reason.seen) for reason in seen.lost.values()),
+    'seen': lambda seen, wanted: any(
+        re.search(wanted, reason.seen) for reasons in seen.lost.values() for reason in reasons),
     'prints': lambda seen, wanted: bool(re.search(wanted, seen.said)),
     'source': lambda seen, wanted: bool(re.search(wanted, seen.observed.source)),
     'publishes': _names('publishes'), 'subscribes': _names('subscribes'), 'serves': _names('serves'),
@@ -84,7 +86,10 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
 
 
 def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
-    lost = {reason.check: reason for reason in decided.public().reasons if reason.points < reason.of}
+    lost: Dict[str, List[Reason]] = {}
+    for reason in decided.public().reasons:
+        if reason.points < reason.of:
+            lost.setdefault(reason.check, []).append(reason)
     texts = [line.text for line in observed.lines]
     said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:SEARCHED_LINES],
                       *texts[-SEARCHED_LINES:]])
@@ -154,8 +159,12 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
 
 
 def _suspected(program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
-    """Possible mistakes in the source, if a vehicle does not move as required."""
-    if program is None or not any(check in lost for check in MOTION):
+    """Possible mistakes in the source, if a vehicle does not move, or callbacks do not print, as required."""
+    if program is None:
+        return
+    if not any(check in lost for check in MOTION):
+        if any(check in lost for check in PRINTED):
+            yield from suspicions.sleeps_in_a_callback(program)
         return
     yield from suspicions.found(program, positions=any(check in lost for check in POSITIONS))
 
@@ -209,7 +218,8 @@ def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[sou
     groups = {_space(name) for name in known | set(dict(observed.connections))}  # of an action, for example
     for name, role in used.items():
         if name not in known and name.lstrip('/') not in groups and not names.OF_EVERY_NODE.fullmatch(name):
-            meant = names.meant(name, likely) or names.meant(name, known)
+            free = {other for other in known if (other, role) not in observed.connections}  # the others are right
+            meant = names.meant(name, likely & free) or names.meant(name, free)
             space = _space(name)
             if meant and not (space != _space(meant) and space[-1:].isdigit() and space in exercise.asks):
                 yield misnamed('the program', role, name, meant).text
