@@ -50,7 +50,7 @@ class MappingNode:
         value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         parameters.log_effective()
         self._value = value
-        self._mapper = Mapper(Settings(
+        self._mapper = Mapper(Settings(  # as in the original, the map begins as the odometry's frame
             value['delta'], (value['xmin'], value['ymin'], value['xmax'], value['ymax']), value['particles'],
             value['linearUpdate'], value['angularUpdate'], value['temporalUpdate'], value['resampleThreshold'],
             value['minimumScore'], value['srr'], value['srt'], value['str'], value['stt']))
@@ -74,8 +74,6 @@ class MappingNode:
             return
         with self._lock:
             mapper = self._mapper
-            if not mapper.updates:
-                mapper.pose = odometry  # as in the original, the map begins as the odometry's frame
             changed = mapper.process(odometry, scan, stamp.to_sec())
             self._odometry_in_map = mapper.pose.then(odometry.inverse())
         if changed:

@@ -17,7 +17,7 @@ from unit_support.room import START, WALLS, noisy, scan_at, tour
 def driven(settings, degrees=360, deviation=0.02):
     """Return (Mapper, errors [m] of its pose, end error [m] of the odometry) after a tour."""
     random = np.random.default_rng(5)
-    mapper, odometry, last, errors = Mapper(settings, START, seed=1), START, START, []
+    mapper, odometry, last, errors = Mapper(settings, seed=1), START, START, []
     for index, pose in enumerate(tour()):
         odometry = noisy(odometry, last, pose, random, deviation) if index else odometry
         last = pose
@@ -101,7 +101,8 @@ def test_a_scan_without_a_hit_changes_nothing():
     mapper = Mapper(Settings(area=(-1.0, -1.0, 1.0, 1.0)))
     empty = usable([math.nan, math.inf, 0.0, -1.0, 50.0], 0.0, 0.1, 0.1, 30.0, 30.0, Pose())
     assert not len(empty.points)
-    assert not mapper.process(Pose(), empty, 0.0) and mapper.updates == 0
+    assert not mapper.process(START, empty, 0.0) and mapper.updates == 0
+    assert mapper.pose == START  # it is where the odometry begins, seen or not
 
 
 def test_a_bad_match_leaves_the_pose_to_the_odometry():

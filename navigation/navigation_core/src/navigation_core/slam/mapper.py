@@ -54,19 +54,23 @@ class _Particle:
 class Mapper:
     """Makes a map from odometry and scans. Public and read-only: ``pose``, in the map's frame, and ``updates``."""
 
-    def __init__(self, settings: Settings, start: Pose = Pose(), seed: int = 0) -> None:  # noqa: B008  immutable
-        """Begin with an empty map; the robot is at ``start`` in the map's frame."""
+    def __init__(self, settings: Settings, start: Optional[Pose] = None, seed: int = 0) -> None:
+        """Begin with an empty map; the robot is at ``start`` in the map's frame, by default where the odometry begins.
+        """
         self.settings = settings
-        self.pose = start
+        self._start = start
+        self.pose = start or Pose()
         self.updates = 0
         self._random = np.random.default_rng(seed)
-        self._particles = [_Particle(start, CountGrid(settings.resolution, *settings.area))]
+        self._particles = [_Particle(self.pose, CountGrid(settings.resolution, *settings.area))]
         self._odometry: Optional[Pose] = None  # of the last scan
-        self._added_at = start  # the tracked pose of the last scan that the maps contain
+        self._added_at = self.pose  # the tracked pose of the last scan that the maps contain
         self._added_time = 0.0
 
     def process(self, odometry: Pose, scan: Scan, time: float) -> bool:
         """Take a scan and the odometry's pose at the same ``time`` [s]; return whether the map has changed."""
+        if self._odometry is None and self._start is None:
+            self.pose = self._particles[0].pose = odometry
         if not len(scan.points):
             return False
         if self._odometry is None:
