@@ -25,7 +25,7 @@ def test_they_are_read(gamma):
 
 
 def random_squares():
-    rng, camera = np.random.default_rng(3), marker_classes.CAMERAS[0]
+    rng, camera = np.random.default_rng(4), marker_classes.CAMERAS[0]
     made = Photo(camera, (marker_classes.WIDTH, marker_classes.HEIGHT), [])
     for place in range(NOT_MARKERS):
         at = (np.array([place % 8, place // 8]) + 0.5) * [marker_classes.WIDTH / 8, marker_classes.HEIGHT / 5]
@@ -40,5 +40,4 @@ def test_other_small_squares_are_not(monkeypatch):
     image, camera = random_squares()
     assert not Detector(marker_classes.SIZE).detect(image, camera)
     monkeypatch.setattr(thresholds, 'SMALL_FIT', 0.0)
-    ended = Detector(marker_classes.SIZE).explain(image, camera)[1]
-    assert len(ended) > NOT_MARKERS / 2  # they are candidates
+    assert Detector(marker_classes.SIZE).detect(image, camera)  # the fit is what tells them apart
