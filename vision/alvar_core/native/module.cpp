@@ -319,6 +319,20 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         py::kw_only(), "smooth"_a, "mean"_a, "offset"_a, "shrink"_a, "parted"_a, "limit"_a);
 
     m.def(
+        "small_squares",
+        [](const py::array_t<std::uint8_t>& smooth, const Doubles& quads, const Thresholds& limit) {
+            check(quads, {kAny, 4, 2}, "quads");
+            std::vector<double> found;
+            const Image image = image_of(smooth);
+            {
+                Unlocked unlocked;
+                found = small_squares(image, quads.shape(0), quads.data(), limit);
+            }
+            return array_of(found, {py::ssize_t(found.size()) / 8, 4, 2});
+        },
+        py::kw_only(), "smooth"_a, "quads"_a, "limit"_a);
+
+    m.def(
         "refined",
         [](const py::array_t<std::uint8_t>& smooth, const Doubles& quads, const Thresholds& limit, const py::object& ended) {
             check(quads, {kAny, 4, 2}, "quads");
@@ -384,14 +398,16 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         "quads"_a, "half"_a);
 
     py::class_<CoarseDecoder>(m, "CoarseDecoder")
-        .def(py::init([](double half, const Floats& rim, const Floats& cells, const Floats& words, const Floats& known) {
+        .def(py::init([](double half, const Floats& rim, const Floats& cells, const Floats& words,
+                         const Floats& blurred, const Floats& known) {
                  const py::ssize_t points = cells.shape(1), all = words.shape(1);
                  check(rim, {3, 40}, "rim"), check(cells, {3, points}, "cells"), check(words, {points, all}, "words");
                  check(known, {known.shape(0) == 1 ? 1 : all, points}, "known");
+                 check(blurred, {points, blurred.shape(1) ? all : 0}, "blurred");
                  return CoarseDecoder{half, int(points), int(all), vector_of(rim), vector_of(cells), vector_of(words),
-                                      vector_of(known)};
+                                      vector_of(blurred), vector_of(known)};
              }),
-             py::kw_only(), "half"_a, "rim"_a, "cells"_a, "words"_a, "known"_a)
+             py::kw_only(), "half"_a, "rim"_a, "cells"_a, "words"_a, "blurred"_a, "known"_a)
         .def(
             "match",
             [](const CoarseDecoder& self, const py::array_t<std::uint8_t>& smooth, const Doubles& quads,

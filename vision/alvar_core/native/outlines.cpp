@@ -334,7 +334,108 @@ private:
     std::vector<Point> polygon, quad;
 };
 
+// The means of the windows of 2 `reach` + 1 around the pixels of an image (height, width); beyond it lies its edge.
+std::vector<std::uint8_t> means(const std::vector<std::uint8_t>& image, int width, int height, int reach) {
+    const int window = 2 * reach + 1;
+    std::vector<int> rows(image.size());
+    std::vector<std::uint8_t> out(image.size());
+    const auto sum = [&](int length, const auto& at, const auto& put) {
+        int total = 0;
+        for (int i = -reach; i <= reach; ++i) total += at(std::min(std::max(i, 0), length - 1));
+        for (int i = 0; i < length; ++i) {
+            put(i, total);
+            total += at(std::min(i + reach + 1, length - 1)) - at(std::max(i - reach, 0));
+        }
+    };
+    for (int y = 0; y < height; ++y)
+        sum(width, [&](int x) { return image[y * width + x]; }, [&](int x, int total) { rows[y * width + x] = total; });
+    for (int x = 0; x < width; ++x)
+        sum(height, [&](int y) { return rows[y * width + x]; },
+            [&](int y, int total) { out[y * width + x] = total / (window * window); });
+    return out;
+}
+
+// Where a small square may be, and by how much it is brighter all around than inside
+struct SmallPlace {
+    double x, y, rise;
+};
+
+constexpr int kRays = 8, kNear = 6, kFar = 4, kRaySteps = 10;  // inside: the first steps; around: those from kFar on
+
+// How much brighter it is around a place than inside along all rays but one; 0 if that is little beside the best one
+double rise_around(const Image& smooth, double x, double y, double side, const Thresholds& limit) {
+    static const double kX[kRays] = {1, 0.7071, 0, -0.7071, -1, -0.7071, 0, 0.7071};
+    int rises[kRays];
+    for (int ray = 0; ray < kRays; ++ray) {
+        int bright = 0, dark = 255;
+        for (int step = 0; step < kRaySteps; ++step) {
+            const double away = (0.15 + 0.1 * step) * side;
+            const int column = std::lround(x + kX[ray] * away), row = std::lround(y + kX[(ray + 6) % kRays] * away);
+            const int grey = smooth.greys[std::min(std::max(row, 0), smooth.height - 1) * smooth.stride
+                                          + std::min(std::max(column, 0), smooth.width - 1)];
+            if (step >= kFar) bright = std::max(bright, grey);
+            if (step < kNear) dark = std::min(dark, grey);
+        }
+        rises[ray] = bright - dark;
+    }
+    std::sort(rises, rises + kRays);
+    return rises[1] >= limit.SMALL_RISE_SHARE * rises[kRays - 1] ? rises[1] : 0;
+}
+
 }  // namespace
+
+std::vector<double> alvar::small_squares(const Image& smooth, int count, const double* quads, const Thresholds& limit) {
+    constexpr double kApart = 3;             // px between places, along an axis
+    constexpr int kReach = 11, kFine = 2;    // px around a place, and in a pixel
+    std::vector<SmallPlace> places;
+    for (const double* q = quads; q < quads + 8 * count; q += 8) {
+        const double side = std::sqrt(std::fabs(area(q)));
+        if (!(side > limit.SMALL_SIDE.low && side < limit.SMALL_SIDE.high)) continue;
+        SmallPlace at = {(q[0] + q[2] + q[4] + q[6]) / 4, (q[1] + q[3] + q[5] + q[7]) / 4, 0};
+        if (std::any_of(places.begin(), places.end(), [&](const SmallPlace& other) {
+                return std::fabs(at.x - other.x) < kApart && std::fabs(at.y - other.y) < kApart;
+            }))
+            continue;
+        at.rise = rise_around(smooth, at.x, at.y, std::max(side, 9.0), limit);
+        if (at.rise >= limit.SMALL_RISE) places.push_back(at);
+    }
+    std::stable_sort(places.begin(), places.end(),
+                     [](const SmallPlace& a, const SmallPlace& b) { return a.rise > b.rise; });
+    if (places.size() > limit.MAX_SMALL) places.resize(limit.MAX_SMALL);
+    std::vector<double> found, near;
+    QuadFinder find_quads;
+    for (const SmallPlace& at : places) {
+        const int left = std::max(int(at.x) - kReach, 0), top = std::max(int(at.y) - kReach, 0);
+        const int width = kFine * (std::min(int(at.x) + kReach + 1, smooth.width) - left);
+        const int height = kFine * (std::min(int(at.y) + kReach + 1, smooth.height) - top);
+        std::vector<std::uint8_t> fine(width * height);
+        float x[kFine * (2 * kReach + 1)], y[kFine * (2 * kReach + 1)], grey[kFine * (2 * kReach + 1)];
+        for (int row = 0; row < height; ++row) {
+            for (int i = 0; i < width; ++i)
+                x[i] = left + (i + 0.5f) / kFine - 0.5f, y[i] = top + (row + 0.5f) / kFine - 0.5f;
+            for (int i = 0; i < width; i += kBlock) smooth.read(x + i, y + i, std::min(kBlock, width - i), grey + i);
+            for (int i = 0; i < width; ++i) fine[row * width + i] = std::lround(grey[i]);
+        }
+        const auto range = std::minmax_element(fine.begin(), fine.end());
+        const int offset = std::max<int>(3, limit.SMALL_OFFSET * (*range.second - *range.first));
+        const std::vector<std::uint8_t> mean = means(fine, width, height, kReach);
+        near.clear();
+        Borders({fine.data(), width, width, height}, {mean.data(), width, width, height}, offset)
+            .each([&](const std::vector<Point>& outline, bool outer) {
+                if (outer && outline.size() >= 4 * limit.MIN_OUTLINE_SIDE)
+                    find_quads(outline, 1.0 / kFine, limit, near);
+            });
+        for (double* q = near.data(); q < near.data() + near.size(); q += 8) {
+            for (int k = 0; k < 8; ++k) q[k] += k % 2 ? top : left;
+            const double side = std::sqrt(std::fabs(area(q)));
+            if (side > limit.SMALL_SIDE.low && side < limit.SMALL_SIDE.high + 1
+                && std::hypot((q[0] + q[2] + q[4] + q[6]) / 4 - at.x, (q[1] + q[3] + q[5] + q[7]) / 4 - at.y)
+                       < limit.SMALL_SIDE.low)
+                found.insert(found.end(), q, q + 8);
+        }
+    }
+    return found;
+}
 
 Outlines alvar::outlines_of(const Image& smooth, const Image& mean, int offset, double shrink, bool parted,
                             const Thresholds& limit) {

@@ -110,24 +110,40 @@ CoarseMatch CoarseDecoder::match(const Image& smooth, int count, const double* q
         found.kept.push_back(m);
         found.h.insert(found.h.end(), h, h + 9);
     }
-    const int all = found.kept.size();
+    const std::size_t all = found.kept.size();
+    found.word.resize(all), found.fit.resize(all), found.score_gap.resize(all);
+    std::vector<int> sharp, small;  // places in `kept`
+    const double least = 2 * half * limit.SMALL_CELL;
+    for (std::size_t k = 0; k < all; ++k) {
+        const bool is_small = !blurred.empty() && std::fabs(area(quads + 8 * found.kept[k])) < least * least;
+        (is_small ? small : sharp).push_back(k);
+    }
+    match_words(smooth, sharp, words, found);
+    match_words(smooth, small, blurred, found);
+    return found;
+}
+
+// Sets the best words of some of the quads that are kept.
+void CoarseDecoder::match_words(const Image& smooth, const std::vector<int>& places, const std::vector<float>& drawn,
+                                CoarseMatch& found) const {
+    const int all = places.size();
     std::vector<float> grey(kBatch * points), of_words(kBatch * all_words);
     for (int first = 0; first < all; first += kBatch) {
         const int some = std::min(kBatch, all - first);
         for (int k = 0; k < some; ++k) {
             float single[9];
-            std::copy_n(&found.h[9 * (first + k)], 9, single);
+            std::copy_n(&found.h[9 * places[first + k]], 9, single);
             read(smooth, single, cells.data(), points, 0, points, &grey[k * points]);
         }
-        times(grey.data(), words.data(), points, all_words, of_words.data());
+        times(grey.data(), drawn.data(), points, all_words, of_words.data());
         for (int k = 0; k < some; ++k) {
             float *fits = &of_words[k * all_words], score_gap;
+            const int place = places[first + k];
             scale(&grey[k * points], fits);
-            found.word.push_back(best_of(fits, all_words, &score_gap));
-            found.fit.push_back(fits[found.word.back()]), found.score_gap.push_back(score_gap);
+            found.word[place] = best_of(fits, all_words, &score_gap);
+            found.fit[place] = fits[found.word[place]], found.score_gap[place] = score_gap;
         }
     }
-    return found;
 }
 
 // The fit of the best word to the cells of a quad (4, 2) that are `spread` times as far apart.

@@ -28,6 +28,9 @@ struct Outlines {
 Outlines outlines_of(const Image& smooth, const Image& mean, int offset, double shrink, bool parted,
                      const Thresholds& limit);
 
+// candidates.small_squares: quads (N, 4, 2) of finer outlines, around those of the quads (count, 4, 2) that are small
+std::vector<double> small_squares(const Image& smooth, int count, const double* quads, const Thresholds& limit);
+
 // The first threshold that a candidate misses, its value and the one that it needs; `threshold` is null if there is none.
 struct Shortfall {
     const char* threshold;
@@ -73,17 +76,20 @@ struct CoarseMatch {
     std::vector<double> h, fit, score_gap;
 };
 
-// reading.CoarseDecoder: `rim` (3, 40) and `cells` (3, P) are homogeneous points, `words` (P, W); `known` (1 or W, P)
+// reading.CoarseDecoder: `rim` (3, 40) and `cells` (3, P) are homogeneous points, `words` (P, W); `blurred`: the words
+// of small markers (P, W), or empty; `known` (1 or W, P)
 struct CoarseDecoder {
     double half;
     int points, all_words;
-    std::vector<float> rim, cells, words, known;
+    std::vector<float> rim, cells, words, blurred, known;
 
     CoarseMatch match(const Image& smooth, int count, const double* quads, const Thresholds& limit, Trail* trail) const;
     // NARROWER_MARGIN or WIDER_MARGIN with the fit of its word and the higher one with that margin
     Shortfall other_margin(const Image& smooth, const double* real_corners) const;
 
 private:
+    void match_words(const Image& smooth, const std::vector<int>& places, const std::vector<float>& drawn,
+                     CoarseMatch& found) const;
     double fit(const Image& smooth, const double* quad, double spread) const;
     void scale(const float* grey, float* of_words) const;
 };

@@ -50,8 +50,12 @@ class Light:
         """Write an image of half the size, each grey that of the mean light of four."""
 
 class CoarseDecoder:
-    """reading.CoarseDecoder: rim (3, 40) and cells (3, P) are homogeneous points, words (P, W); known (1 or W, P)."""
-    def __init__(self, *, half: float, rim: Floats, cells: Floats, words: Floats, known: Floats) -> None: ...
+    """reading.CoarseDecoder: rim (3, 40) and cells (3, P) are homogeneous points, words (P, W); known (1 or W, P).
+
+    blurred: the words of small markers (P, W), or (P, 0).
+    """
+    def __init__(self, *, half: float, rim: Floats, cells: Floats, words: Floats, blurred: Floats,
+                 known: Floats) -> None: ...
     def match(self, *, smooth: Image, quads: Floats, limit: Thresholds, ended: Ends = None) -> dict[str, Any]:
         """Return the fields of reading.CoarseMatch for those of the quads (N, 4, 2) that may be markers."""
     def other_margin(self, *, smooth: Image, corners: Floats) -> Missed:
@@ -117,6 +121,9 @@ def noise_of(grey: Image) -> float:
 def outlines(*, smooth: Image, mean: Image, offset: int, shrink: float, parted: bool,
              limit: Thresholds) -> tuple[Floats, Floats]:
     """Return quads (N, 4, 2) around what is darker than ``mean`` by ``offset``, and, if ``parted``, straight parts."""
+
+def small_squares(*, smooth: Image, quads: Floats, limit: Thresholds) -> Floats:
+    """Return quads (M, 4, 2) of finer outlines around those of the quads (N, 4, 2) that are small."""
 
 def refined(*, smooth: Image, quads: Floats, limit: Thresholds, ended: Ends = None) -> Floats:
     """Return the quads (M, 4, 2) with sides that lie on edges."""

@@ -29,12 +29,16 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     """Return the quads (N, 4, 2), float64, that ``passes`` find in a lightly smoothed grey image.
 
     The default is all of thresholds.PASSES. ``parts`` gets the straight parts (K, 2, 2) of the outlines of the first of
-    PASSES, which is the finest.
+    PASSES, which is the finest. Its outlines of small squares are off by up to a quarter of the side, so they are
+    searched once more in twice the resolution.
     """
     passes = thresholds.PASSES if passes is None else passes
     buffers = buffers or ImageBuffers()
     shrunk: dict[float, Image] = {1: smooth}
-    return np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(shrunk, buffers, parts, *each) for each in passes])
+    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(shrunk, buffers, parts, *each) for each in passes])
+    if thresholds.PASSES[0] not in passes:
+        return quads
+    return np.concatenate([quads, native.steps.small_squares(smooth=smooth, quads=quads, limit=native.limit)])
 
 
 def _shrunk(images: dict[float, Image], factor: float, buffers: ImageBuffers) -> Image:

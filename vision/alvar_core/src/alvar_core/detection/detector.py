@@ -246,9 +246,17 @@ class Detector:
             words = list(zip(drawn, unsure['fit'], unsure['score_gap']))
             found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'], unsure['level'],
                                                 words))
-        found = best_of_overlapping(found)
+        found = best_of_overlapping([each for each in found if self._is_read_well(each)])
         found += self._well_read(image, well_read['quad'], well_read['word'], found)
         return found, refined
+
+    def _is_read_well(self, detection: Detection) -> bool:
+        """Return whether the cells of a marker fit its code word, if they are so small that any cells resemble one."""
+        f = detection.features
+        if f is None or detection.side > thresholds.SMALL_CELL * self.cells or f.fit > thresholds.SMALL_FIT:
+            return True
+        self._end(detection.corners, ('SMALL_FIT', f.fit, thresholds.SMALL_FIT), int(detection.id))
+        return False
 
     def _cell_by_cell(self, image: PreparedImage, quads: Floats) -> list[Detection]:
         """Return the Detections among refined quads, for resolutions that are read cell by cell."""

@@ -43,6 +43,13 @@ STAGES = (
                          '{needed:.2f} is needed',
         'MIN_FIRST_SCORE_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, '
                                'more than {needed:.2f} is needed'}),
+    Stage('stripe of glare', (120, 160, 200), {
+        'MIN_GLARE_WHITE': 'it is saturated, and without that its white cells are hardly brighter than its black ones: '
+                           'by {value:.0f} of 255, more than {needed:.0f} is needed',
+        'MIN_GLARE': 'it is saturated, but its border shows no stripe of glare: the brightest one has {value:.0%} of '
+                     'white, more than {needed:.0%} is needed',
+        'MAX_GLARE_ERROR': 'it is saturated, but no straight stripe of glare explains the light on its border: it is '
+                           'off by {value:.0%} of white, at most {needed:.0%} is allowed'}),
     Stage('border', (60, 60, 255), {
         'MIN_RIM_CONTRAST': 'its border is hardly darker than what is around it: by {value:.1f} greys, more than '
                             '{needed:.0f} are needed',
@@ -58,6 +65,11 @@ STAGES = (
         'MIN_LIKENESS': 'it does not look like the marker that it resembles most: likeness {value:.2f}, more than '
                         '{needed:.2f} is needed',
         'MAX_BLUR': 'it is blurred over {value:.2f} cells, less than {needed:.2f} is needed'}),
+    Stage('glare', (80, 200, 255), {
+        'MIN_GLARE_SCORE_GAP': 'its cells beside the stripe of glare fit two code words alike: the best fits better by '
+                               '{value:.2f} cells, more than {needed:.1f} is needed',
+        'MAX_GLARE_MISFIT': 'without the stripe of glare, its cells differ from every code word: the best is off by '
+                            '{value:.2f} cells, at most {needed:.1f} is allowed'}),
     Stage('edges', (255, 80, 200), {
         'EDGES_SEEN': 'too few edges of its cells are seen; {needed:.0%} are needed',
         'MIN_SEEN_EDGES': 'only {value:.0%} of the edges of its cells are seen, more than {needed:.0%} is needed',
@@ -81,6 +93,8 @@ STAGES = (
                          'needed',
         **dict.fromkeys(('MIN_INLIER_SHARE', 'SURE_INLIER_SHARE'),
                         'only {value:.0%} of it agrees with the drawn marker, more than {needed:.0%} is needed'),
+        'SMALL_FIT': 'its cells are small, and differ from that code word: the fit is {value:.3f}, more than '
+                     '{needed:.2f} is needed',
         'MAX_BAD_RIM': '{value:.0f} cells of the black border are not black; at most {needed:.0f} may be covered',
         **{name: f'along {sides} there is no white margin: the paper there is darker than white by {{darker:.0%}} of '
                  'the contrast, less than {allowed:.0%} is needed'
@@ -101,7 +115,7 @@ STAGES = (
                           '{needed:.0%} is needed'}))
 RANKS = {threshold: rank for rank, stage in enumerate(STAGES) for threshold in stage.sentences}
 FOUND_COLOUR = (60, 220, 60)
-READ = {'edges', 'acceptance', 'margin', 'pose'}  # in these stages, the code word is more than a guess
+READ = {'glare', 'edges', 'acceptance', 'margin', 'pose'}  # in these stages, the code word is more than a guess
 LAYOUTS = (5, 1), (5, 2), (5, 3), (7, 2), (9, 2)  # resolution and margin of other markers that are often printed
 OTHER_COLOUR = (90, 90, 90)
 MOST_UNREAD, MOST_EARLY = 5, 5  # listed candidates: the best that end at the code, the largest that end before it

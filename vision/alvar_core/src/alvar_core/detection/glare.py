@@ -14,6 +14,7 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.detection import thresholds
+from alvar_core.detection.acceptance import Shortfall, above
 from alvar_core.detection.light import Light
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import words_of_numbers
@@ -73,8 +74,11 @@ class GlareReader:
         self._words = words_of_numbers().reshape(-1, code.MIN_RESOLUTION ** 2).astype(np.float32)
         self._square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32) * self._side - np.float32(0.5)
 
-    def read(self, image: PreparedImage, quad: Floats) -> WithoutGlare | None:
-        """Return the marker at a quad (4, 2) [real px]; None unless a stripe fits its border, and its code is sure."""
+    def read(self, image: PreparedImage, quad: Floats) -> WithoutGlare | tuple[Shortfall, int] | None:
+        """Return the marker at a quad (4, 2) [real px], if a stripe fits its border and its code is sure.
+
+        Else return the threshold that it misses and the word that it resembles, or -1; None without glare.
+        """
         to_patch: Floats = np.asarray(cv2.getPerspectiveTransform(quad.astype(np.float32), self._square), float)
         grey = cv2.warpPerspective(image.grey, to_patch, (self._side, self._side))
         if (grey >= thresholds.SATURATED).mean() < thresholds.MIN_SATURATED:
@@ -90,14 +94,18 @@ class GlareReader:
         even = cells - data
         white = float(np.percentile(even[room > 0], 85)) if (room > 0).any() else 0.0
         off = np.abs(border - black - added[self._border])[border < saturated]
-        if white < thresholds.MIN_GLARE_WHITE or stripe.light.max() < thresholds.MIN_GLARE * white \
-                or not len(off) or off.mean() > thresholds.MAX_GLARE_ERROR * white:
-            return None
-        word = self._word(even / np.minimum(white, np.maximum(room, 1.0)),
-                          room > thresholds.MIN_GLARE_ROOM * white)
-        if word is None:
-            return None
-        return WithoutGlare(*word, self._without(image, to_patch, stripe))
+        share, error = (each / max(white, 1.0) for each in (stripe.light.max(), off.mean() if len(off) else np.inf))
+        missed = above(('MIN_GLARE_WHITE', white, thresholds.MIN_GLARE_WHITE),
+                       ('MIN_GLARE', float(share), thresholds.MIN_GLARE))
+        if missed is None and not error <= thresholds.MAX_GLARE_ERROR:
+            missed = ('MAX_GLARE_ERROR', float(error), thresholds.MAX_GLARE_ERROR)
+        if missed is not None:
+            return missed, -1
+        word, fit, missed = self._word(even / np.minimum(white, np.maximum(room, 1.0)),
+                                       room > thresholds.MIN_GLARE_ROOM * white)
+        if missed is not None:
+            return missed, word
+        return WithoutGlare(word, fit, self._without(image, to_patch, stripe))
 
     def _stripe(self, border: Floats, black: float) -> _Stripe:
         angle = 0.0
@@ -121,16 +129,20 @@ class GlareReader:
         sums, counts = np.bincount(bins, border), np.bincount(bins)
         return -float((sums ** 2 / np.maximum(counts, 1)).sum())
 
-    def _word(self, shares: Floats, seen: Bools) -> tuple[int, float] | None:
-        """Return the code word of samples (P,), 0 black to 1 white, of which some are ``seen``, and its fit."""
+    def _word(self, shares: Floats, seen: Bools) -> tuple[int, float, Shortfall | None]:
+        """Return the best code word of samples (P,), 0 black to 1 white, of which some are ``seen``, and its fit.
+
+        The Shortfall is None if the word is sure.
+        """
         counts = np.bincount(self._cell[seen], minlength=len(self._in_cell))
         cells = np.bincount(self._cell[seen], np.clip(shares[seen], -0.3, 1.3), len(counts)) / np.maximum(counts, 1)
         known = counts > thresholds.MIN_GLARE_SEEN * self._in_cell
         error = ((self._words - cells) ** 2 * known).sum(1)
         best, next_one = np.argpartition(error, 1)[:2]
-        if error[next_one] - error[best] < thresholds.MIN_GLARE_SCORE_GAP or error[best] > thresholds.MAX_GLARE_MISFIT:
-            return None
-        return int(best), 1 - float(error[best]) / known.sum()
+        missed = above(('MIN_GLARE_SCORE_GAP', float(error[next_one] - error[best]), thresholds.MIN_GLARE_SCORE_GAP))
+        if missed is None and not error[best] <= thresholds.MAX_GLARE_MISFIT:
+            missed = ('MAX_GLARE_MISFIT', float(error[best]), thresholds.MAX_GLARE_MISFIT)
+        return int(best), 1 - float(error[best]) / max(int(known.sum()), 1), missed
 
     def _without(self, image: PreparedImage, to_patch: Floats, stripe: _Stripe) -> PreparedImage:
         """Return the image without the stripe on the marker and around it."""

@@ -87,7 +87,9 @@ class CoarseDecoder:
         rim, points = (np.concatenate([p, np.ones((len(p), 1))], 1).T for p in (self._rim_points(), cells))
         self.words = words_of_numbers() if resolution == 5 else None
         known, words = self._centred_words(resolution)
-        self.steps = native.steps.CoarseDecoder(half=self.half, rim=rim, cells=points, words=words, known=known)
+        blurred = words[:, :0] if self.words is None else self._blurred_words(line, margin)
+        self.steps = native.steps.CoarseDecoder(half=self.half, rim=rim, cells=points, words=words, blurred=blurred,
+                                                known=known)
 
     def _rim_points(self) -> Floats:
         points = []
@@ -113,6 +115,16 @@ class CoarseDecoder:
         centred = words.reshape(len(words), -1).astype(np.float32)
         centred = (centred - (centred * flat).sum(1, keepdims=True) / flat.sum(1, keepdims=True)) * flat
         return flat, (centred / np.linalg.norm(centred, axis=1, keepdims=True)).T
+
+    def _blurred_words(self, line: Floats, margin: int) -> Floats:
+        """Return the words (P, W) as a blur of SMALL_BLUR shows them; ``line``: x or y of the points [cells]."""
+        black = black_cells(self.words, margin)
+        covered = native.steps.coverage(line=line.astype(np.float32), cells=black.shape[-1],
+                                        variance=np.array([thresholds.SMALL_BLUR ** 2]))[0]
+        flat = (1 - covered @ black.astype(np.float32) @ covered.T).reshape(len(black), -1)
+        flat -= flat.mean(1, keepdims=True)
+        blurred: Floats = (flat / np.linalg.norm(flat, axis=1, keepdims=True)).T
+        return blurred
 
     def match(self, smooth: Image, quads: Floats, ended: list[Ended] | None = None) -> CoarseMatch:
         """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image.

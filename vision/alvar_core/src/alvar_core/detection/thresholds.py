@@ -55,6 +55,12 @@ POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon m
 MAX_POLYGON_CORNERS = 9
 SAME_QUAD = 0.25  # of the side: quads with corners nearer than this are one
 
+# -- Small squares, whose outlines are searched again in twice the resolution (candidates.small_squares)
+SMALL_SIDE = 6.0, 17.0  # px, of an outline
+SMALL_RISE, SMALL_RISE_SHARE = 20.0, 0.4  # greys, of the largest: brighter around, in all directions but one
+SMALL_OFFSET = 0.08  # of the contrast there: how much darker than its surroundings a pixel must be
+MAX_SMALL = 8  # in one image, those with the highest contrast
+
 # -- Sides of a candidate, moved to where the grey rises (candidates.refined)
 # Sensitivity: one hard marker less; rotation of hard up to -0.3.
 SIDE_REACH = 0.16  # of the side, searched to each side of it
@@ -68,6 +74,7 @@ MIN_RIM_CONTRAST = 5.0  # greys, of three sides
 MIN_RIM_STEP, MIN_RIM_STEP_SHARE = 2.0, 0.35  # greys, of the contrast: a place on the rim is dark if the step is larger
 MIN_DARK_RIM = 0.7  # share of the places on the rim
 MIN_COARSE_FIT = 0.64  # with the best code word: worth an alignment
+SMALL_CELL, SMALL_BLUR = 1.7, 0.8  # px of a cell: smaller ones are matched with words blurred by so many cells
 COARSE_SCORE_GAP_WEIGHT = 0.5  # of the score gap beside the fit, to rank candidates
 MAX_CANDIDATES = 400  # worth an alignment in one image, by default; rooms full of things, but markers, have up to 10
 
@@ -114,7 +121,10 @@ SURE = Requirement(0.92, 1.5, 0.92)  # cannot be chance: the surroundings of the
 # 255 has 16 edges, 246 and 249 have 18, 240 and 244 have 20; half of all numbers have more than 30.
 PLAIN_EDGES, PLAIN = 20, Requirement(0.94, 1.2, 0.93)  # at most; PLAIN then applies at any likeness
 SURE_INLIER_SHARE, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_INLIER_SHARE, and as MIN_OUTSIDE along all sides but one
-MIN_SCORE_GAP, WIDE_SCORE_GAP = 0.03, 0.1  # to the next best word
+# To the next best word. Blurred over 0.8 cells, words look much alike: of 100 markers of 10 to 13.5 px that are read
+# rightly, 12 have a gap between 0.02 and 0.03.
+MIN_SCORE_GAP, WIDE_SCORE_GAP = 0.02, 0.1
+SMALL_FIT = 0.97  # of cells below SMALL_CELL: others of 3,648 squares that are no markers have up to 0.968
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
 BAD_CELL = 0.4  # of the contrast: a cell whose mean differs more is a bad one
 COVERED_CELLS, CODE_COVERED_CELLS = 3, 2  # bad cells, those of the data counted twice; bad data cells

@@ -12,7 +12,7 @@ from alvar_core.detection import broken_outlines, candidates, edge_alignment, gl
 from alvar_core.detection.acceptance import Ended, Shortfall, above, edges
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
-from alvar_core.detection.glare import GlareReader
+from alvar_core.detection.glare import GlareReader, WithoutGlare
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
@@ -75,7 +75,7 @@ class UnevenLight:
         if not len(quads):
             return []
         found = self._by_contrast(image, quads, ended)
-        return found + self._in_glare(image, quads, found)
+        return found + self._in_glare(image, quads, found, ended)
 
     def _by_contrast(self, image: PreparedImage, quads: Floats, ended: list[Ended] | None) -> list[Found]:
         """Return the markers among quads (N, 4, 2) [real px] that local contrasts show."""
@@ -107,7 +107,8 @@ class UnevenLight:
                 found.append(one)
         return found
 
-    def _in_glare(self, image: PreparedImage, quads: Floats, known: Sequence[Found]) -> list[Found]:
+    def _in_glare(self, image: PreparedImage, quads: Floats, known: Sequence[Found],
+                  ended: list[Ended] | None) -> list[Found]:
         """Return the markers at quads (N, 4, 2) [real px], away from known ones, after a stripe of glare is removed."""
         found: list[Found] = []
         if not glare.may_be_there(image):
@@ -119,8 +120,14 @@ class UnevenLight:
                    for each in [*known, *found]):
                 continue
             seen = self._glare_reader.read(image, quad)
-            one = self._aligned(seen.image, quad, seen.word, True) if seen is not None else None
-            if seen is not None and isinstance(one, Found):
+            if seen is None:
+                continue
+            if not isinstance(seen, WithoutGlare):
+                if ended is not None:
+                    ended.append((quad, *seen[0], seen[1]))
+                continue
+            one = self.aligned(seen.image, quad, seen.word, True, ended)
+            if one is not None:
                 found.append(one._replace(fit=seen.fit, score_gap=0.0, image=seen.image))
         return found
 

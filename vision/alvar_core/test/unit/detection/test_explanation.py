@@ -31,6 +31,15 @@ def picture(value=42, side=90, margin=2, white=20, blur=0.7, ground=GROUND):
     return cv2.GaussianBlur(image, (0, 0), blur)
 
 
+def tiny():
+    """Return an image of a marker of 8.5 px on paper."""
+    image, (x, y) = picture(white=0, side=9), PLACE
+    drawn = np.where(drawing.marker_image(42, 34, 2) > 0, PAPER, BLACK).astype(np.uint8)
+    paper = np.pad(drawn, 23, constant_values=PAPER)
+    image[y - 6:y + 14, x - 6:x + 14] = cv2.resize(paper, (20, 20), interpolation=cv2.INTER_AREA)
+    return cv2.GaussianBlur(image, (0, 0), 0.7)
+
+
 def covered(cover, grey=120):
     """Return the image of a marker with something grey over rows and columns."""
     image = picture()
@@ -40,14 +49,14 @@ def covered(cover, grey=120):
 
 BAR = np.s_[170:215, 240:300]
 MADE = {  # image, resolution and margin of the detector: the threshold it misses, a part of the text
-    'too small': (picture(side=9, white=6), (5, 2), 'MIN_MARKER_AREA', 'square pixels, more than 80 are needed'),
+    'too small': (tiny(), (5, 2), 'MIN_MARKER_AREA', 'square pixels, more than 80 are needed'),
     'blurred': (picture(side=18, blur=2.4), (5, 2), 'MAX_BLUR', 'it is blurred over'),
     'blurred and large': (picture(blur=15), (5, 2), 'MIN_COARSE_FIT', 'its cells differ from every code word'),
     'covered border': (covered(BAR), (5, 2), 'UNLIKE.margin_ratio',
                        'perhaps marker 42, but the best code word is hardly'),
     'no white margin': (picture(white=0, ground=25), (5, 2), 'MIN_SEEN_EDGES', 'of the edges of its cells are seen'),
     'wider border': (picture(side=60, margin=3), (5, 2), 'WIDER_MARGIN', 'its black border is wider'),
-    'narrower border': (picture(margin=1), (5, 2), 'MIN_SCORE_GAP', 'With marker_margin 1 it is marker 42'),
+    'narrower border': (picture(margin=1), (5, 2), 'UNLIKE.fit', 'With marker_margin 1 it is marker 42'),
     'more cells': (picture(1000), (5, 2), 'CHANGED_FIT', 'With marker_resolution 7 it is marker 1000'),
     'fewer cells': (picture(), (7, 2), 'MIN_COARSE_FIT', 'With marker_resolution 5 it is marker 42'),
     'a black square': (covered(np.s_[180:270, 250:340], grey=BLACK), (5, 2), 'MIN_COARSE_FIT', 'the best fit is 0.0'),
@@ -71,6 +80,20 @@ def test_why_a_marker_is_not_found(name):
     assert result.candidates[0].threshold == threshold
     assert said in result.lines[0]
     assert result.lines[0].split(': ', 1)[1] in result.at((PLACE[0] + 5, PLACE[1] + 5))
+
+
+def test_stages_of_glare_are_named():
+    """A lamp lies across the marker so broadly that it hides the cells; without it, glare is not mentioned."""
+    x = np.arange(640)
+    lamp = 300 * np.exp(-0.5 * ((x - 295) / 18) ** 2)
+    shiny = np.clip(picture() + lamp, 0, 255).astype(np.uint8)
+    _, ended = Detector(0.1).explain(shiny, CAMERA)
+    missed = {threshold for _, threshold, *_ in ended}
+    assert missed & {'MIN_GLARE', 'MIN_GLARE_WHITE', 'MAX_GLARE_ERROR', 'MIN_GLARE_SCORE_GAP', 'MAX_GLARE_MISFIT'}
+    said = [each.sentence for each in explain(Detector(0.1), shiny, CAMERA).candidates]
+    assert any('glare' in each or 'saturated' in each for each in said), said
+    _, ended = Detector(0.1).explain(np.minimum(shiny, 200), CAMERA)
+    assert not any('GLARE' in threshold for _, threshold, *_ in ended)
 
 
 def test_found_marker_and_what_is_beside_it():
@@ -128,7 +151,8 @@ def test_every_threshold_has_a_sentence():
     named = set()
     for path in CORE.glob('native/*.cpp'):
         named |= set(re.findall(r'"([A-Z]+(?:_[A-Z]+)*(?:_[A-Z]+|\.[a-z]+))"', path.read_text()))
-    for path in CORE.glob('src/alvar_core/detection/*_light.py'), [CORE / 'src/alvar_core/detection/detector.py']:
+    for path in CORE.glob('src/alvar_core/detection/*_light.py'), \
+            [CORE / f'src/alvar_core/detection/{name}.py' for name in ('detector', 'glare')]:
         for each in path:
             named |= set(re.findall(r"\('([A-Z]+(?:_[A-Z]+)+)'", each.read_text()))
     assert named - set(RANKS) == set() and len(named) > 25
