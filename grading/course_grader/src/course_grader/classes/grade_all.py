@@ -132,7 +132,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     return exit_codes.INTERRUPTED if interrupted else code
 
 
-def _class(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> Found:
+def _class(options: argparse.Namespace, exercises: Dict[str, str], load: Load = exercise.load) -> Found:
     """Return the content of the folder of the class."""
     if not os.path.exists(options.folder):
         raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})')

@@ -424,8 +424,6 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs a program, and a check maps with of: file has none: give it an exercise of its own'
     yield from _missing_robot(rule, made)
     yield from _missing_stimulus(rule, made)
-    if rule.name == 'same_path' and not made.solution:
-        yield 'needs the key solution: a program to compare with'
     if rule.name in ('maps', 'navigates') and not made.world:
         yield 'needs a world: there are no walls'
     if rule.name in ('prints_markers', 'prints_no_marker'):
@@ -454,7 +452,7 @@ def _missing_robot(rule: ScoredRule, made: Exercise) -> Iterator[str]:
 
 
 def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
-    """Yield the stimulus that a check needs and the exercise lacks, as a text."""
+    """Yield the stimulus or program that a check needs and the exercise lacks, as a text."""
     values, done = rule.parameters, dict(made.stimuli)
     if rule.name == 'answers' and values['service'] not in {
             others['service'] for what, others in made.stimuli if what == 'call'}:
@@ -462,6 +460,8 @@ def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     if rule.name == 'reaches' and values['action'] not in {
             others['action'] for what, others in made.stimuli if what == 'goals'}:
         yield f'needs a stimulus {{do: goals, action: {values["action"]}, ...}}: nobody sends goals to that action'
+    if rule.name == 'same_path' and not made.solution:
+        yield 'needs the key solution: a program to compare with'
     if rule.name == 'repeats' and 'drive' not in done:
         yield 'needs a stimulus {do: drive, ...}: there is nothing to repeat'
     if rule.name == 'steers' and 'turns' not in done:

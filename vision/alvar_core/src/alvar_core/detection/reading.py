@@ -87,7 +87,7 @@ class CoarseDecoder:
         rim, points = (np.concatenate([p, np.ones((len(p), 1))], 1).T for p in (self._rim_points(), cells))
         self.words = words_of_numbers() if resolution == 5 else None
         known, words = self._centred_words(resolution)
-        blurred = words[:, :0] if self.words is None else self._blurred_words(line, margin)
+        blurred = words[:, :0] if self.words is None else self._blurred_words(self.words, line, margin)
         self.steps = native.steps.CoarseDecoder(half=self.half, rim=rim, cells=points, words=words, blurred=blurred,
                                                 known=known)
 
@@ -116,9 +116,10 @@ class CoarseDecoder:
         centred = (centred - (centred * flat).sum(1, keepdims=True) / flat.sum(1, keepdims=True)) * flat
         return flat, (centred / np.linalg.norm(centred, axis=1, keepdims=True)).T
 
-    def _blurred_words(self, line: Floats, margin: int) -> Floats:
-        """Return the words (P, W) as a blur of SMALL_BLUR shows them; ``line``: x or y of the points [cells]."""
-        black = black_cells(self.words, margin)
+    @staticmethod
+    def _blurred_words(words: Floats, line: Floats, margin: int) -> Floats:
+        """Return ``words`` as (P, W) as a blur of SMALL_BLUR shows them; ``line``: x or y of the points [cells]."""
+        black = black_cells(words, margin)
         covered = native.steps.coverage(line=line.astype(np.float32), cells=black.shape[-1],
                                         variance=np.array([thresholds.SMALL_BLUR ** 2]))[0]
         flat = (1 - covered @ black.astype(np.float32) @ covered.T).reshape(len(black), -1)
