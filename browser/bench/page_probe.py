@@ -19,6 +19,8 @@ PERIOD = 0.3  # [s] between two commands
 STROKES = 10000  # before the page is opened; each turtle draws one a step
 STEP = 0.016  # [s]
 POSE = '/turtle1/pose'
+OPENED = 120.0  # [s] until one more of many pages is connected
+SMALL = 240, 240  # [px] of each of many pages: a machine without a GPU cannot draw them all in their usual size
 ON_THE_WAY = 3  # poses that one of two clients may have when they are counted
 SETTLE = 3.0  # [s] after the last panel was opened
 PANELS = '[...document.querySelectorAll("#menu a")].map(one => one.dataset.id)'
@@ -76,8 +78,9 @@ def soak(port, count, seconds):
     with Browser() as browser:
         for number in range(count):
             browser.driver.switch_to.new_window('window')
+            browser.resize(*SMALL)
             browser.get(f'http://localhost:{port}/{places[number % len(places)]}')
-            browser.until(lambda: browser.find('#link.good'), f'page {number + 1}')
+            browser.until(lambda: browser.find('#link.good'), f'page {number + 1}', OPENED)
         handles = browser.driver.window_handles[1:]
         witness, receiver = Witness(port), Receiver(['turtle1'])
         heard, sent = len(witness.stamps), len(receiver.stamps['turtle1'])
