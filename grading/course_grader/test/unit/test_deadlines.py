@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import time
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,7 @@ from course_grader.formats.platforms import Origin
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason
 
+EXERCISES = {'stop_at_x': str(Path(__file__).resolve().parents[2] / 'exercises' / 'stop_at_x.yaml')}
 DUE = time.mktime((2026, 11, 20, 18, 0, 0, 0, 0, -1))  # 2026-11-20 18:00 on this machine
 TEN_A_DAY = {('*', '*'): Deadline(DUE, 10.0)}
 REASONS = [Reason('moves', 20.0, 20.0, 'a path', '4 m'),
@@ -114,7 +116,7 @@ def test_the_dates_of_files_count_only_where_the_teacher_says_so(tmp_path):
     os.utime(program, (DUE + 60.0, DUE + 60.0))
     for options, expected in (([], ''), (['--file-dates'], '2026-11-20 18:01')):
         parsed = grade_all.parser().parse_args([str(tmp_path), '--output', str(tmp_path / 'out'), *options])
-        assert grade_all._class(parsed, {'stop_at_x': ''}).submissions[0].handed_in == expected
+        assert grade_all._class(parsed, EXERCISES).submissions[0].handed_in == expected
 
 
 WORKSHEET = ('Identifier,"Full name","Email address",Status,Grade,"Last modified (submission)"\n'
@@ -130,7 +132,7 @@ def moodle_class(tmp_path, worksheet, names=('Anna Berg_11', 'Ben Carl_12')):
     (tmp_path / 'worksheet.csv').write_text(worksheet)
     return grade_all._class(grade_all.parser().parse_args([
         str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--worksheet', str(tmp_path / 'worksheet.csv')]),
-        {'stop_at_x': ''})
+        EXERCISES)
 
 
 @pytest.mark.parametrize('text, expected', [

@@ -117,7 +117,7 @@ class CoarseDecoder:
         return flat, (centred / np.linalg.norm(centred, axis=1, keepdims=True)).T
 
     @staticmethod
-    def _blurred_words(words: Floats, line: Floats, margin: int) -> Floats:
+    def _blurred_words(words: Bools, line: Floats, margin: int) -> Floats:
         """Return ``words`` as (P, W) as a blur of SMALL_BLUR shows them; ``line``: x or y of the points [cells]."""
         black = black_cells(words, margin)
         covered = native.steps.coverage(line=line.astype(np.float32), cells=black.shape[-1],
