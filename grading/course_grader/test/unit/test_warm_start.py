@@ -56,6 +56,12 @@ def test_all_end_with_the_server():
 @pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGSTOP])
 def test_a_server_that_is_ended_or_stopped_is_replaced(warm, monkeypatch, number):
     assert result(warm, 'before') == 'before'
+    start = warm._start_server
+
+    def start_and_be_patient(kind):  # only the stopped one is given up soon: a new one may start slowly
+        monkeypatch.setattr(warm_start, 'IMPORT_TIMEOUT', DEADLINE)
+        start(kind)
+    monkeypatch.setattr(warm, '_start_server', start_and_be_patient)
     monkeypatch.setattr(warm_start, 'IMPORT_TIMEOUT', DEADLINE if number == signal.SIGKILL else 1.0)
     os.kill(warm._server.pid, number)
     with concurrent.futures.ThreadPoolExecutor(4) as pool:  # it has several threads when the next server starts
