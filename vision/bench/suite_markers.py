@@ -171,7 +171,9 @@ def _detect():
     detectors = {}  # of each camera
 
     def detect(frame, image, camera):
-        detector = detectors.setdefault(frame['camera'], Detector(1.0))
+        if frame['camera'] not in detectors:  # making one takes longer than an image
+            detectors[frame['camera']] = Detector(1.0)
+        detector = detectors[frame['camera']]
         detector.size = frame.get('marker_size_m') or 1.0
         return [detection_record(found) for found in detector.detect(image, camera)]
     return detect
