@@ -59,16 +59,16 @@ PLANNERS = Table(
     *_planner('TrajectoryPlannerROS', ('max_vel_x', 0.5, 0.0, FASTEST, 'm/s'), ('min_vel_x', 0.1, 0.0, FASTEST, 'm/s'),
               ('max_vel_theta', 1.0, 0.01, FASTEST, 'rad/s'), ('min_in_place_vel_theta', 0.4, 0.0, FASTEST, 'rad/s'),
               ('escape_vel', -0.1, -FASTEST, 0.0, 'm/s')),
-    Boolean('~TrajectoryPlannerROS/holonomic_robot', True), Integer('~TrajectoryPlannerROS/vx_samples', 3, 1, 100),
-    Integer('~TrajectoryPlannerROS/vtheta_samples', 20, 1, 100),
+    Boolean('~TrajectoryPlannerROS/holonomic_robot', True), Integer('~TrajectoryPlannerROS/vx_samples', 3, 0, 100),
+    Integer('~TrajectoryPlannerROS/vtheta_samples', 20, 0, 100),
     Any('~TrajectoryPlannerROS/y_vels', [-0.3, -0.1, 0.1, 0.3], 'a list of speeds'),
     *_planner('DWAPlannerROS', ('max_vel_trans', 0.55, 0.0, FASTEST, 'm/s'), ('max_vel_x', 0.55, 0.0, FASTEST, 'm/s'),
               ('min_vel_x', 0.0, -FASTEST, FASTEST, 'm/s'), ('max_vel_y', 0.1, 0.0, FASTEST, 'm/s'),
               ('min_vel_y', -0.1, -FASTEST, FASTEST, 'm/s'), ('max_vel_theta', 1.0, 0.01, FASTEST, 'rad/s'),
               ('min_vel_theta', 0.4, -FASTEST, FASTEST, 'rad/s'),
               ('forward_point_distance', 0.325, 0.0, 10.0, 'm')),
-    Integer('~DWAPlannerROS/vx_samples', 3, 1, 100), Integer('~DWAPlannerROS/vy_samples', 10, 1, 100),
-    Integer('~DWAPlannerROS/vth_samples', 20, 1, 100))
+    Integer('~DWAPlannerROS/vx_samples', 3, 0, 100), Integer('~DWAPlannerROS/vy_samples', 10, 0, 100),
+    Integer('~DWAPlannerROS/vth_samples', 20, 0, 100))
 OLD_NAMES = {  # of older versions: today's
     'max_rotational_vel': 'max_vel_theta', 'min_in_place_rotational_vel': 'min_in_place_vel_theta',
     'acc_lim_th': 'acc_lim_theta', 'pdist_scale': 'path_distance_bias', 'gdist_scale': 'goal_distance_bias',
@@ -143,6 +143,8 @@ def planner():
     prefix = f'~{name}/'
     given = SimpleNamespace(**{each.name[len(prefix):]: each.read() for each in PLANNERS
                                if each.name.startswith(prefix)})
+    for key in [key for key in vars(given) if key.endswith('_samples')]:
+        setattr(given, key, max(1, getattr(given, key)))  # 0 is 1, as in the original: TurtleBot3 has vy_samples 0
     shared = {key: getattr(given, key) for key in (
         'acc_lim_x', 'acc_lim_y', 'acc_lim_theta', 'xy_goal_tolerance', 'yaw_goal_tolerance', 'sim_time',
         'path_distance_bias', 'goal_distance_bias', 'occdist_scale', 'latch_xy_goal_tolerance', 'max_vel_x',
