@@ -172,6 +172,16 @@ def test_commands_that_are_all_zero():
     assert hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0))[0].startswith('all velocities that it sends are 0')
 
 
+def test_a_path_that_is_not_that_of_the_solution_gets_advice_on_motion():
+    turtle = GradedTurtle(4.0, 3.0)
+    turtle.drive(2.0, 0.0)
+    turtle.observed.solution = [(4.0, 3.0), (6.0, 3.0)]
+    one = exercise.parse({'title': 'T', 'asks': 'Drive.', 'time': '9 s', 'solution': 'pass',
+                          'checks': [{'check': 'same_path', 'points': 100}]})
+    advised = symptoms.advise(one, turtle.observed, scoring.decide(one, turtle.observed))
+    assert advised.hints[0].startswith('all velocities that it sends are 0')
+
+
 def test_the_wrong_turtle_drives():
     def act(turtle):
         turtle.drive(5.0, 1.0).observed.turtles['turtle2'] = [turtle.observed.track[-1]._replace(x=1.0)]

@@ -31,7 +31,7 @@ SHORTCUT_HINTS = {  # kind of a shortcut: advice
     **dict.fromkeys(('spawn_model', 'delete_model'), 'leave the world as it is: do not call the services of /gazebo'),
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
-MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves
+MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats', 'same_path')  # and of how it moves
 PRINTED = 'prints_poses', 'prints_markers', 'prints_no_marker', 'transform'  # checks of what callbacks do
 CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
 EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
