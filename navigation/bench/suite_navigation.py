@@ -35,7 +35,6 @@ PARTICLES = 500
 SPREAD = np.diag([0.2, 0.2, 0.2]) ** 2
 UPDATE_DISTANCE, UPDATE_TURN = 0.2, math.pi / 6.0  # [m], [rad] amcl's
 CARRIED = 150, 330  # scans between which the robot is carried: it does not see them
-FOUND = 0.2  # [m]
 
 __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 cv2.setNumThreads(1)
@@ -116,8 +115,8 @@ def carry(_subject, _scale):
     """Measure how long a robot that was carried away drives until it knows where it is."""
     log, start = carried_log(moments(*NOISES['good'], 2))
     errors, _ = localised(log, recovery_slow=0.001, recovery_fast=0.1)
-    late = [index for index in range(start, len(log)) if errors[index] > FOUND]
-    first = next(index for index in range(start, len(log)) if errors[index] < FOUND)
+    late = [index for index in range(start, len(log)) if errors[index] > stacks.FOUND]
+    first = next(index for index in range(start, len(log)) if errors[index] < stacks.FOUND)
     return {'carried': [log[first].time - log[start].time], 'carried_lost': [100.0 * len(late) / len(log)]}
 
 

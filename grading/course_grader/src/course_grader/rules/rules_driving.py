@@ -163,13 +163,13 @@ def same_path(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 def _passed(path: ArrayLike, points: ArrayLike, tolerance: float) -> Tuple[int, int]:
     """Return how many points a path passes in their order, and the index in the path where it passes the last one."""
-    line, rest = np.asarray(path, float), 0
-    for passed, point in enumerate(np.asarray(points, float)):
+    line, passed, rest = np.asarray(path, float), 0, 0
+    for point in np.asarray(points, float):
         near = np.flatnonzero(np.hypot(*(line[rest:] - point).T) <= tolerance)
         if not len(near):
-            return passed, rest
-        rest += int(near[0])
-    return len(np.asarray(points)), rest
+            break
+        passed, rest = passed + 1, rest + int(near[0])
+    return passed, rest
 
 
 def apart(observed: Observed, wanted: SimpleNamespace) -> Result:

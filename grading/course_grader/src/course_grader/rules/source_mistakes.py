@@ -84,6 +84,13 @@ def functions(one: Program) -> List[Function]:
     return [node for node in one.nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
 
+def callbacks(one: Program) -> List[Function]:
+    """Return the functions that are given to Subscribers."""
+    names = {last(argument) for call in calls(one.nodes, 'Subscriber')
+             for argument in (*call.args[2:3], *(key.value for key in call.keywords if key.arg == 'callback'))}
+    return [function for function in functions(one) if function.name in names]
+
+
 def _methods(one: Program) -> Iterator[Tuple[ast.ClassDef, Function]]:
     for node in one.nodes:
         if isinstance(node, ast.ClassDef):
@@ -340,12 +347,9 @@ def _no_self(one: Program) -> Iterator[str]:
 
 def _waits_for_itself(one: Program) -> Iterator[str]:
     """A loop in a callback that waits for the message to change."""
-    callbacks = {last(call.args[2]) for call in calls(one.nodes, 'Subscriber') if len(call.args) > 2}
-    callbacks |= {last(key.value) for call in calls(one.nodes, 'Subscriber') for key in call.keywords
-                  if key.arg == 'callback'}
-    for function in functions(one):
+    for function in callbacks(one):
         given = {argument.arg for argument in function.args.args} - {'self'}
-        for node in ast.walk(function) if function.name in callbacks else ():
+        for node in ast.walk(function):
             if isinstance(node, ast.While) and given & {last(part) for part in ast.walk(node.test)} and not given & {
                     part.id for part in ast.walk(node) if isinstance(part, ast.Name)
                     and isinstance(part.ctx, ast.Store)}:

@@ -6,7 +6,7 @@ import ast
 import re
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
-from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last, number
+from course_grader.rules.source_mistakes import Program, callbacks, calls, dotted, functions, last, number
 
 POSITIONS = 'x', 'y', 'theta'
 ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
@@ -150,10 +150,8 @@ def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
 
 def sleeps_in_a_callback(one: Program) -> Iterator[str]:
     """A callback that waits, while the next messages queue up behind it."""
-    callbacks = {last(argument) for call in calls(one.nodes, 'Subscriber')
-                 for argument in (*call.args[2:3], *(key.value for key in call.keywords if key.arg == 'callback'))}
-    for function in functions(one):
-        for call in calls(list(ast.walk(function)), 'sleep') if function.name in callbacks else ():
+    for function in callbacks(one):
+        for call in calls(list(ast.walk(function)), 'sleep'):
             seconds = number(call.args[0]) if call.args else LONG_SLEEP  # rate.sleep()
             if seconds is not None and seconds >= LONG_SLEEP:
                 yield (f'the callback {function.name} sleeps in line {call.lineno}, and gets the next message only '
