@@ -1,7 +1,7 @@
 """Run the tests in the built workspace, as ./run test does: several runs of pytest at once.
 
-The tests that only compute have a run for each processor, at a lower priority, while the nodes of another run wait.
-The tools that read the code have another one, so that no processor is idle while the last run ends.
+The tests that only compute have a run for each processor and one more, as they wait for a fourth of their time. Their
+priority is lower than that of the run whose nodes mostly wait. The tools that read the code have another run.
 """
 import argparse
 import os
@@ -37,10 +37,11 @@ def commands(options):
     jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count() + 1
     if few:
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
-    # by size, which shares them well; without xdist, as it takes 3 ms for each of thousands of tests that take 5
+    # slow ones by size, then the others: shares them well; without xdist, which takes 3 ms for each of 9,000 tests
     tests = sorted((path for path in files(options.names) if kinds.kind_of(path) == 'unit'
-                    and not (options.fast and kinds.is_slow(path))), key=lambda path: path.stat().st_size)
-    shares = [tests[number::os.cpu_count()] for number in range(os.cpu_count())]
+                    and not (options.fast and kinds.is_slow(path))), key=lambda path: (kinds.is_slow(path), path.stat().st_size))
+    count = os.cpu_count() + (not options.fast)
+    shares = [tests[number::count] for number in range(count)]
     runs = {'checks': pytest(options, 'checks', ['check'], kinds.CASES / 'test_check.py'),
             **{f'units_{number}': pytest(options, f'units_{number}', ['unit'], *share)
                for number, share in enumerate(shares) if share}}

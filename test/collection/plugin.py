@@ -1,5 +1,6 @@
 """The hooks of pytest: options, kinds, timeouts, skipped tests, and the end of left-over processes."""
 import collections
+import gc
 import os
 import re
 import shutil
@@ -127,6 +128,12 @@ def pytest_collection_modifyitems(config, items):
         (kept if _is_wanted(item, names, config) else left).append(item)
     config.hook.pytest_deselected(items=left)
     items[:] = _longest_first(kept)
+
+
+def pytest_collection_finish():
+    """Keep the collected tests out of garbage collection, which took a tenth of the processor time of the units."""
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
 
 
 def _is_wanted(item, names, config):

@@ -112,6 +112,7 @@ def test_standard_library_is_told_from_the_rest(name, known):
 
 # ------------------------------------------------------------------------------------------------ rooms and packages
 
+@functools.lru_cache(maxsize=None)
 def uses(package):
     """Return {kind of place: packages of this repository that a package names there}."""
     return {'imports': {top(name) for name in package.imports()} & OURS, 'launch files': package.launched() & OURS,

@@ -118,9 +118,9 @@ def names_of_runs(*arguments):
 
 def test_what_computes_runs_beside_what_waits(monkeypatch):
     monkeypatch.setattr(os, 'cpu_count', lambda: 2)
-    computing = ['checks', 'units_0', 'units_1']
-    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*computing, 'waiting']
-    assert names_of_runs('--fast') == computing
+    fast = ['checks', 'units_0', 'units_1']
+    assert names_of_runs('--fast') == fast
+    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*fast, 'units_2', 'waiting']
     assert names_of_runs('test_collection.py') == ['tests']
 
 
