@@ -182,6 +182,18 @@ def test_a_path_that_is_not_that_of_the_solution_gets_advice_on_motion():
     assert advised.hints[0].startswith('all velocities that it sends are 0')
 
 
+@pytest.mark.parametrize('solution, advice', [('pass', 1), ('twist.linear.x += 0.01', 0)])
+def test_what_the_solution_does_too_is_no_mistake(solution, advice):
+    turtle = GradedTurtle(4.0, 3.0)
+    turtle.drive(2.0, 1.0)
+    turtle.observed.solution = [(4.0, 3.0), (4.0, 5.0)]
+    turtle.observed.source = 'for _ in range(3):\n    twist.linear.x += 0.1\n'
+    one = exercise.parse({'title': 'T', 'asks': 'Drive.', 'time': '9 s', 'solution': solution,
+                          'checks': [{'check': 'same_path', 'points': 100}]})
+    advised = symptoms.advise(one, turtle.observed, scoring.decide(one, turtle.observed))
+    assert sum('so that it grows' in hint for hint in advised.hints) == advice
+
+
 def test_the_wrong_turtle_drives():
     def act(turtle):
         turtle.drive(5.0, 1.0).observed.turtles['turtle2'] = [turtle.observed.track[-1]._replace(x=1.0)]

@@ -105,7 +105,7 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
             return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))]
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
-        found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
+        found = [*_suspected(exercise, program, lost), *_early_end(seen), *_stands(observed, lost),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
     return found
 
@@ -158,15 +158,21 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
                'called')
 
 
-def _suspected(program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
-    """Possible mistakes in the source, if a vehicle does not move, or callbacks do not print, as required."""
+def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
+    """Possible mistakes in the source, if a vehicle does not move, or callbacks do not print, as required.
+
+    What the solution of the exercise does, too, is no mistake.
+    """
     if program is None:
         return
     if not any(check in lost for check in MOTION):
         if any(check in lost for check in PRINTED):
             yield from suspicions.sleeps_in_a_callback(program)
         return
-    yield from suspicions.found(program, positions=any(check in lost for check in POSITIONS))
+    positions = any(check in lost for check in POSITIONS)
+    solution = source_mistakes.program(exercise.solution)
+    usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
+    yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
 
 
 def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
