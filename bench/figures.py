@@ -84,13 +84,17 @@ class Target:
 
 @dataclass(frozen=True)
 class Figure:
-    """One line of the table: ``reduce`` makes one number, in ``unit``, of the samples under ``key``."""
+    """One line of the table: ``reduce`` makes one number, in ``unit``, of the samples under ``key``.
+
+    ``required``: the bench ends with exit code 1 if the target is missed; others depend on the machine's speed.
+    """
 
     name: str
     key: str
     unit: str
     reduce: object = median
     target: Optional[Target] = None
+    required: bool = False
 
 
 @dataclass(frozen=True)

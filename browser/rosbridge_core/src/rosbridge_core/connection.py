@@ -154,7 +154,9 @@ class WebSocket(Guarded, WebSocketHandler):
         interval, timeout = self.settings['ping_interval'], self.settings['ping_timeout']
         with contextlib.suppress(WebSocketClosedError):
             while True:
+                due = self._loop.time() + interval
                 await asyncio.sleep(interval)
+                self._heard += self._loop.time() - due  # in that time this server could not listen itself
                 if self._loop.time() - self._heard > max(interval, timeout):
                     stream.close()
                     return

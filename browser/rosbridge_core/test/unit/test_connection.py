@@ -2,6 +2,7 @@
 import asyncio
 import contextlib
 import struct
+import time
 import zlib
 
 import pytest
@@ -251,6 +252,18 @@ def test_client_that_does_not_answer_pings_is_disconnected():
         while await silent.next() is not None:
             pass
         await until(lambda: log.count('ended') == 1)
+    served(work, ping_interval=0.05, ping_timeout=0.3)
+
+
+def test_stalled_server_does_not_take_its_clients_for_silent_ones():
+    async def work(connect, log):
+        client = await connect()
+        for _ in range(3):
+            assert await client.next() == (PING, b'')
+            client.send(frame(PONG))
+            await asyncio.sleep(0.02)  # the server reads that
+            time.sleep(0.5)  # as if the machine was suspended, or busy with others
+        assert await client.next() == (PING, b'')
     served(work, ping_interval=0.05, ping_timeout=0.3)
 
 
