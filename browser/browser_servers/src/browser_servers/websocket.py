@@ -52,9 +52,9 @@ class RosbridgeWebSocket(WebSocket):
         """Return the topics on which this client drives."""
         return self._session.deadman.moving
 
-    def check(self, now):
+    def check(self, now, stalled):
         """Check whether the client is silent or slow."""
-        self._session.check(now)
+        self._session.check(now, stalled)
 
 
 class _WebSockets(tornado.routing.Matcher):
@@ -101,7 +101,8 @@ class Clients:
 
     async def _watch(self):
         while True:
+            due = time.monotonic() + CHECK_INTERVAL
             await asyncio.sleep(CHECK_INTERVAL)
             now = time.monotonic()
             for client in list(self._clients):
-                client.check(now)
+                client.check(now, now - due)

@@ -188,7 +188,7 @@ class Session:
             return
         if later is not None:
             self._busy = True
-            self._keep(self._finish(name, operation, later))
+            self._keep(self._finish(name, operation, self._keep(later)))  # a task, as a client may leave at once
 
     async def _finish(self, name: str, operation: Operation, later: Awaitable[None]) -> None:
         try:
@@ -199,10 +199,11 @@ class Session:
             self._busy = False
             self.drain()
 
-    def _keep(self, coroutine: Any) -> None:
+    def _keep(self, coroutine: Any) -> 'asyncio.Task[None]':
         task = self._loop.create_task(coroutine)
         self._calls.add(task)
         task.add_done_callback(self._calls.discard)
+        return task
 
     def _refuse(self, name: str, operation: Operation, error: Exception) -> None:
         text = str(error) if isinstance(error, Refused) else f'{type(error).__name__}: {error}'
@@ -414,16 +415,21 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------ the end
 
-    def check(self, now: float) -> None:
-        """Stop what a silent client drives, disconnect a slow one, report drops; call it many times a second."""
+    def check(self, now: float, stalled: float = 0.0) -> None:
+        """Stop what a silent client drives, disconnect a slow one, report drops; call it many times a second.
+
+        ``stalled`` [s]: for how long this server did nothing before, in which a client could not be served.
+        """
         if self.deadman.watching:
             self._stop(self.deadman.expired(now), f'silent for {self.deadman.timeout:g} s')
         if self._dropped:
             self.status('error', f'publish: {self._dropped} messages came faster than this server works and were '
                         'dropped; velocities never are')
             self._dropped = 0
-        if self._sending_since is not None and now - self._sending_since > self.settings.slow:
-            self.end(SLOW, f'it has not taken a message for {self.settings.slow:g} s')
+        if self._sending_since is not None:
+            self._sending_since += stalled
+            if now - self._sending_since > self.settings.slow:
+                self.end(SLOW, f'it has not taken a message for {self.settings.slow:g} s')
 
     def _stop(self, topics: List[str], why: str) -> None:
         for topic in topics:

@@ -1,6 +1,8 @@
 """A client of a bridge without ROS: what its frames do, what it is told, and that it is stopped and cut loose."""
 import asyncio
+import gc
 import json
+import warnings
 
 import pytest
 
@@ -285,6 +287,31 @@ async def test_client_that_reads_nothing_is_cut_loose(client):
     assert client.closed == [] and len(client.frames) == 1
     client.session.check(now + 6.0)
     assert client.closed == [(SLOW, 'it has not taken a message for 5 s')]
+
+
+@with_client(slow=5.0)
+async def test_client_is_not_slow_while_this_server_is_stalled(client):
+    await client.send({'op': 'subscribe', 'topic': '/p'})
+    client.reading = False
+    for _ in range(10000):
+        client.session.deliver(message(size=1000))
+    now = asyncio.get_running_loop().time()
+    client.session.check(now + 6.0, stalled=5.9)
+    assert client.closed == []
+    client.session.check(now + 11.0)
+    assert client.closed == [(SLOW, 'it has not taken a message for 5 s')]
+
+
+@with_client()
+async def test_a_client_that_leaves_at_once_leaves_no_call_behind(client):
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter('always')
+        client.session.received(json.dumps({'op': 'subscribe', 'topic': '/p'}))
+        client.session.drain()
+        await client.session.closed()
+        await client.settle()
+        gc.collect()
+    assert warned == []
 
 
 @with_client()
