@@ -89,6 +89,11 @@ class TooSlow(AttemptError):
     """The machine was too slow to begin a grading."""
 
 
+def prepare(job):
+    """Import what this Job needs beyond this module; a process that forks attempts does it once for all of them."""
+    beside.prepare(job.exercise.beside)
+
+
 def run(job):
     """Grade a Job once; return the Attempted. Raise OSError if its folder cannot be used.
 
