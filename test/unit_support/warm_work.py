@@ -3,6 +3,18 @@ import os
 import signal
 import time
 
+prepared = []  # in the server
+
+
+def prepare(argument):
+    """Note what the server prepares for."""
+    prepared.append(argument)
+
+
+def report(module, argument):
+    """Return what the server had prepared before this process was forked; the module is this one."""
+    return module.prepared
+
 
 def work(module, argument):
     """Do the work that the argument names; the module is json."""

@@ -16,6 +16,9 @@ another thread published just then came after the hook's last velocity, or was a
 Here, as a moment later with rospy, nothing happens once the hooks have been called; and what the hooks have published,
 such as a velocity of zero, is sent before the topics are closed, which drops what still waits.
 
+**End.** rospy wakes its thread for registrations before it says that the node shuts down, so that the thread sleeps
+again, and the shutdown waits for it for half a second. Here it is woken once more.
+
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
 refuses private parameters of the command line that cannot be sent to a master.
@@ -142,7 +145,15 @@ def _start_node(*arguments, **options):
     _wait_for_master()
     if rospy.core.is_shutdown():
         sys.exit('Stopped while waiting for the ROS master.')
-    return _original_start(*arguments, **options)
+    node = _original_start(*arguments, **options)
+    rospy.core.add_shutdown_hook(lambda _: _wake(node.handler.reg_man))  # these hooks run once is_shutdown() is true
+    return node
+
+
+def _wake(registering):
+    """Let the thread of a RegManager see that the node shuts down."""
+    with registering.cond:
+        registering.cond.notify_all()
 
 
 def _check_parameters(argv):

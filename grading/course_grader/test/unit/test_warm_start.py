@@ -7,7 +7,7 @@ import pytest
 
 from course_grader.supervision import warm_start
 from course_grader.supervision.warm_start import WarmStart
-from unit_support.warm_work import work
+from unit_support.warm_work import report, work
 
 DEADLINE = 10.0  # [s] for what takes well under one
 
@@ -42,6 +42,17 @@ def test_who_crashes_closes_its_pipe_and_harms_no_other(warm, how):
         receiver.recv()
     process.wait(DEADLINE)
     assert result(warm, 'next') == 'next'
+
+
+def test_the_server_prepares_for_each_request_and_keeps_it():
+    warm = WarmStart('unit_support.warm_work', report)
+    try:
+        for expected in ['one'], ['one', 'two']:
+            _, receiver = warm.start(expected[-1])
+            with receiver:
+                assert receiver.poll(DEADLINE) and receiver.recv() == expected
+    finally:
+        warm.close()
 
 
 def test_all_end_with_the_server():

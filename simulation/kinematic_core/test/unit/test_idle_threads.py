@@ -70,6 +70,27 @@ def test_a_busy_process_never_rests(run):
         assert not rests(threads)
 
 
+def test_of_a_process_that_has_not_run_only_threads_outside_of_a_lock_are_checked_again(run):
+    child = run('import sys, threading; [threading.Thread(target=threading.Event().wait, daemon=True).start()'
+                ' for _ in range(5)]; print("ready", flush=True); sys.stdin.readline(); print("again", flush=True); '
+                'sys.stdin.readline()')
+    threads = ProcessThreads(child.pid)
+    until(lambda: rests(threads))
+    checked = []
+
+    def is_checked_once():
+        assert threads.sleeps(threads.ran())
+        checked.append(len(threads._wakeable))
+        return checked[-1] == 1
+    until(is_checked_once)  # the main thread, which waits for input
+    assert checked[:2] == [6, 1]
+    child.stdin.write(b'\n')
+    child.stdin.flush()
+    assert child.stdout.readline() == b'again\n'
+    until(lambda: rests(threads))
+    assert threads.sleeps(threads.ran()) and len(threads._wakeable) == 6  # it has run: all of them
+
+
 def test_a_busy_process_makes_a_busy_machine(run):
     run(SPINNER)
     until(Machine().is_busy)

@@ -99,6 +99,7 @@ class SimulatorClock:
         self._clock = None  # the publisher of /clock
         self._lockstep = None  # waits for the nodes that follow /clock
         self._lag = None  # without lockstep: finds nodes that fall behind /clock
+        self._published = {}  # {topic: number of messages} in the last step
         self._sets_sim_time = False  # /use_sim_time has to be deleted at the end
         if self._publishes:
             self._own_clock(step, lockstep)
@@ -165,7 +166,7 @@ class SimulatorClock:
         step()
         if self._pacer.steps % every:
             return
-        if self._lockstep and (self.services.batch != calls or self._has_listeners()
+        if self._lockstep and (self.services.batch != calls or self._has_published()
                                or self._parent and self._parent.answers):
             # otherwise, chance decides whether a node handles the messages of this step or /clock first
             self._wait_for_nodes()
@@ -196,9 +197,11 @@ class SimulatorClock:
         rospy_internals.set_time(now)
         return now
 
-    def _has_listeners(self):
-        """Return whether a node may have received something in this step."""
-        return bool(rospy_internals.connected_publications() - {'/clock', self._status.topic})
+    def _has_published(self):
+        """Return whether something was published to a node since the last call, besides the time."""
+        before, self._published = self._published, rospy_internals.published_messages()
+        return any(before.get(topic) != number for topic, number in self._published.items()
+                   if topic not in ('/clock', self._status.topic))
 
     def _clock_wanted(self):
         return not self._publishes or self._clock.wanted()

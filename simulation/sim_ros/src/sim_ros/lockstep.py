@@ -19,7 +19,9 @@ from plain_support import sockets
 from rospy_support import rospy_internals
 from rospy_support.limited_transport import LimitedTransport
 
-FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks
+FIRST_PAUSE = 5e-5  # [s] of wall time between two checks; before the first one, as long as the nodes mostly take
+ENOUGH = 2  # pauses of a wait: one in which the nodes finish, and one in which nothing happens
+SHORTER, LONGER = 0.95, 1.1  # the next first pause after a wait that took so few, and after a longer one
 GROWTH = 1.25  # of the next pause, up to MAX_PAUSE
 MAX_PAUSE = 1e-3  # [s]
 STARVED = 10.0  # times the longest wait, for nodes that have run for less than WORKED of it: they wait for a core
@@ -48,10 +50,12 @@ class Lockstep:
         self._timeout = timeout
         self._step = step
         self._machine = Machine()
+        _sleep_exactly()
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self._parent = None if parent is None else ProcessThreads(parent)
         self.watch_master()
         self._settled = {}  # {master: run time [ns]} when all nodes were last idle
+        self._first_pause = FIRST_PAUSE  # [s]
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.late = 0  # steps that started although a node was not idle
@@ -68,20 +72,21 @@ class Lockstep:
 
     def wait(self):
         """Wait until all are idle; return whether they were in time."""
-        timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
+        timer, pause, pauses = ActiveTimer(time.monotonic), self._first_pause, 0
         timeout, longest = (self._step,) * 2 if self.busy else (self._timeout, STARVED * self._timeout)
         settling, ran, began = _Settling(), None, None
         self.starved = False
         while not rospy.is_shutdown():
             self._update_followers()
             before, ran, runs = ran, self._ran(), None
-            if before is None or self._same(before, ran):  # otherwise, one has worked: spare the checks of its threads
+            if self._same(before, ran) or before is None and not self._followers:  # spare checks of those that work
                 runs = self._run_times(ran)
             now = timer.elapsed()
             settling.observe(runs, now)
             # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
             if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
+                    self._adapt(pauses)
                     return True
                 ran = None  # the request has woken the master
             if began is None and now >= NOTICED:
@@ -93,8 +98,15 @@ class Lockstep:
                 self.busy = self._busy_names() or self.busy or NOBODY
                 return False
             time.sleep(pause)
-            pause = min(GROWTH * pause, MAX_PAUSE)
+            pauses += 1
+            pause = FIRST_PAUSE if pauses == 1 else min(GROWTH * pause, MAX_PAUSE)
         return True
+
+    def _adapt(self, pauses):
+        """Choose the first pause of the next wait so that most nodes have finished after it."""
+        if pauses:
+            self._first_pause *= LONGER if pauses > ENOUGH else SHORTER
+            self._first_pause = min(max(self._first_pause, FIRST_PAUSE), MAX_PAUSE)
 
     def _ran(self):
         """Return {process: run time [ns]} of all that are waited for, except those that have ended."""
@@ -121,7 +133,9 @@ class Lockstep:
         """
         processes = self._processes()
         try:
-            if not all(process.sleeps() for process in processes):
+            own = self._own, self._parent, self._master  # which share no locks
+            if not all(process.sleeps(before.get(process, -1)) if process in own else process.sleeps()
+                       for process in processes):
                 return None
             after = {process: process.ran() for process in processes}
         except Gone:
@@ -204,6 +218,13 @@ class _Settling:
 def _worked(before, after):
     """Return whether a process has done more than poll between two {process: run time [ns]}."""
     return any(ran - before.get(process, 0) > WORK for process, ran in after.items())
+
+
+def _sleep_exactly():
+    """Let this thread wake on time: Linux may add 50 us to each sleep, as long as the first pause."""
+    with contextlib.suppress(OSError), open(f'/proc/{threading.get_native_id()}/timerslack_ns', 'w',
+                                            encoding='ascii') as file:
+        file.write('1')
 
 
 def _is_busy(threads):

@@ -10,6 +10,7 @@ Each message is a line of JSON. The parent sends::
     {"resume": true}       let time continue
     {"watch": {NAME: K, ...}, "reacts": true}   send the poses of these vehicles in every K-th step; whether the parent
                            publishes in answer to them, so that such a step has to wait for it
+    {"follow": true}       tell the time in every step from now on, not only after those that were requested
     {"every": N}           publish the time, and wait for the nodes, in every N-th step only
     {"drive": [V, W]}      a velocity command [m/s, rad/s]
     {"carry": [X, Y, THETA]}   the vehicle is carried there [m, m, rad]
@@ -17,7 +18,7 @@ Each message is a line of JSON. The parent sends::
 
 and the simulator ``{"ready": true}`` before its first step, ``{"poses": {NAME: [X, Y, THETA]}, "steps": N}`` when the
 vehicles have moved in step N, ``{"moved": NAME, "steps": N}`` when a panel has been moved in it, and ``{"steps": N,
-"late": N, "busy": NAMES}`` at the end of the step: see ClockStatus.
+"late": N, "busy": NAMES}`` at the end of the step, see ClockStatus, or with ``made``.
 
 Threading contract: one thread receives, another one waits for requested steps; any thread may send.
 """
@@ -41,11 +42,13 @@ class ParentLink:
         self._sending = threading.Lock()
         self._requests = queue.SimpleQueue()
         self._watched, self._reacts = {}, False
+        self._follows, self._time = False, {}  # whether the parent wants to know every step; the last one
         self.every = 1  # steps between two times that the nodes get
         self.answers = False  # whether the parent publishes in answer to what was sent in this step
 
     def serve(self, pacer):
         """Tell the parent that the simulator is ready, and do what it asks of a Pacer from now on."""
+        self._pacer = pacer
         threading.Thread(target=self._receive, args=(pacer,), name='parent', daemon=True).start()
         threading.Thread(target=self._answer, name='requested steps', daemon=True).start()
         self._send(ready=True)
@@ -63,7 +66,9 @@ class ParentLink:
 
     def stepped(self, steps, late, busy):
         """Send that a step is over; ``late`` and ``busy`` as in ClockStatus, but no name if the nodes got no core."""
-        self._send(steps=steps, late=late, busy=busy)
+        self._time = {'steps': steps, 'late': late, 'busy': busy}
+        if self._follows or not self._pacer.paused:  # each message wakes the parent
+            self._send(**self._time)
 
     def _send(self, **message):
         try:
@@ -82,6 +87,8 @@ class ParentLink:
                     pacer.resume()
                 elif 'watch' in message:
                     self._reacts, self._watched = message['reacts'], message['watch']
+                elif 'follow' in message:
+                    self._follows = message['follow']
                 elif 'every' in message:
                     self.every = message['every']
                 elif 'carry' in message and self._carry:
@@ -96,4 +103,4 @@ class ParentLink:
             request = self._requests.get()
             while not request.wait(LONGEST):
                 pass
-            self._send(made=request.made)
+            self._send(made=request.made, **self._time)

@@ -8,7 +8,19 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
-from sim_ros.lockstep import JOINING, MAX_PAUSE, MOST_SETTLING, NOTICED, SETTLING, STARVED, WORK, Lockstep, _Settling
+from sim_ros.lockstep import (
+    ENOUGH,
+    FIRST_PAUSE,
+    JOINING,
+    MAX_PAUSE,
+    MOST_SETTLING,
+    NOTICED,
+    SETTLING,
+    STARVED,
+    WORK,
+    Lockstep,
+    _Settling,
+)
 
 TIMEOUT, STEP = 2.0, 0.016  # [s]
 
@@ -39,7 +51,7 @@ class Process:
             raise Gone
         return 5 + 1_000_000 * self.worked + int(1e9 * self.cores * self.wall.now)
 
-    def sleeps(self):
+    def sleeps(self, ran=-1):
         if self.gone:
             raise Gone
         return self.wall.now >= self.busy_until
@@ -124,16 +136,25 @@ def test_no_node_may_run_while_all_are_looked_at(scene, monkeypatch):
 
 @pytest.mark.parametrize('busy, looks', [(False, 1), (True, 2)])
 def test_on_a_busy_machine_two_looks_must_see_the_same(scene, monkeypatch, busy, looks):
-    node, seen = scene.node('/one'), []
-    monkeypatch.setattr(node, 'sleeps', lambda: seen.append(0) or True)
+    seen = []
+    monkeypatch.setattr(scene.own, 'sleeps', lambda ran: seen.append(0) or True)
     scene.machine_is_busy = busy
     assert scene.wait()[0]
     assert len(seen) == looks
 
 
+@pytest.mark.parametrize('busy', [False, True])
+def test_the_threads_of_a_node_are_looked_at_once_after_two_equal_run_times(scene, monkeypatch, busy):
+    node, seen = scene.node('/one'), []
+    monkeypatch.setattr(node, 'sleeps', lambda: seen.append(0) or True)
+    scene.machine_is_busy = busy
+    assert scene.wait()[0]
+    assert len(seen) == 1
+
+
 def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
     node = scene.node('/one')
-    runs = iter([1, 1, 2, 2, 2])  # before and after the first look; it has run before the second
+    runs = iter([1, 1, 2, 3, 3, 3])  # at two polls, and after the look at its threads; then it has run
     monkeypatch.setattr(node, 'ran', lambda: next(runs))
     scene.machine_is_busy = True
     assert scene.wait()[0]
@@ -154,7 +175,24 @@ def test_the_threads_of_processes_that_still_work_are_not_looked_at(scene, monke
     monkeypatch.setattr(node, 'ran', lambda: int(1e9 * min(scene.wall.now, end)))
     monkeypatch.setattr(node, 'sleeps', lambda: looks.append(0) or scene.wall.now >= end)
     assert scene.wait()[0]
-    assert len(looks) == 2
+    assert len(looks) == 1
+
+
+def test_the_first_pause_becomes_as_long_as_the_nodes_take(scene, monkeypatch):
+    node, pauses = scene.node('/one'), []
+    sleep = scene.wall.sleep
+    monkeypatch.setattr(scene.wall, 'sleep', lambda seconds: pauses.append(seconds) or sleep(seconds))
+    taken = 4.0 * FIRST_PAUSE
+    for _ in range(100):
+        pauses.clear()
+        end = scene.wall.now + taken
+        monkeypatch.setattr(node, 'ran', lambda end=end: int(1e9 * min(scene.wall.now, end)))
+        assert scene.wait()[0]
+    assert len(pauses) <= ENOUGH + 1 and 0.7 * taken < pauses[0] < 1.5 * taken
+    for _ in range(100):  # the node has nothing to do any more
+        pauses.clear()
+        assert scene.wait()[0]
+    assert pauses[0] == FIRST_PAUSE
 
 
 JOINED = [['/turtle1/cmd_vel', ['/one']]]

@@ -65,6 +65,7 @@ class LatestPublisher(rospy.Publisher):
     def publish_frame(self, data):
         """Publish a message that ``rospy_internals.frame`` has serialised."""
         connections = rospy_internals.connections(self)
+        rospy_internals.count_publication(self)
         if self._unsent:  # rospy may have removed a connection itself
             self._unsent = {kept: rest for kept, rest in self._unsent.items() if kept in connections}
         for connection in connections:

@@ -57,15 +57,22 @@ def test_a_missing_module_is_named(monkeypatch):
                                          'no_such_package.Class is missing']
 
 
-def test_a_publisher_without_and_after_its_topic():
+def test_a_publisher_without_and_after_its_topic(monkeypatch):
     publisher = rospy.Publisher('chatter', String, queue_size=1)
     assert list(rospy_internals.connections(publisher)) == []
     rospy_internals.publish_without_threads(publisher)
     assert ['/chatter', 'std_msgs/String'] in rospy_internals.publications()
-    assert '/chatter' in rospy_internals.unconnected_publications() - rospy_internals.connected_publications()
+    assert '/chatter' in rospy_internals.unconnected_publications()
+    assert rospy_internals.published_messages() == {}
+    with monkeypatch.context() as connected:
+        connected.setattr(publisher.impl, 'has_connections', lambda: True)
+        before = rospy_internals.published_messages()['/chatter']
+        rospy_internals.count_publication(publisher)
+        assert rospy_internals.published_messages() == {'/chatter': before + 1}
     publisher.unregister()
     assert list(rospy_internals.connections(publisher)) == []
-    assert '/chatter' not in rospy_internals.connected_publications() | rospy_internals.unconnected_publications()
+    assert '/chatter' not in rospy_internals.unconnected_publications()
+    rospy_internals.count_publication(publisher)
 
 
 def test_the_caller_of_a_message():

@@ -7,11 +7,14 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
+import types
 
 import pytest
 import rospy.core
 import rospy.impl.init
+import rospy.impl.registration
 import rospy_repair
 
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
@@ -344,3 +347,26 @@ def test_nothing_is_published_after_the_hooks(monkeypatch):
     rospy.core._client_shutdown_hooks.clear()
     rospy_repair._publish(None, 'drive')
     assert published == ['stop']
+
+
+def test_the_thread_for_registrations_ends_with_the_node(monkeypatch):
+    hooks, down = [], threading.Event()
+    monkeypatch.setattr(rospy.impl.registration, 'add_preshutdown_hook', lambda hook: None)
+    monkeypatch.setattr(rospy.impl.registration, 'is_shutdown', down.is_set)
+    monkeypatch.setattr(rospy.core, 'add_shutdown_hook', hooks.append)
+    registering = rospy.impl.registration.RegManager(types.SimpleNamespace(done=False))
+    waits, wait = [], registering.cond.wait
+    monkeypatch.setattr(registering.cond, 'wait', lambda seconds: waits.append(seconds) or wait(DEADLINE))
+    monkeypatch.setattr(rospy_repair, '_wait_for_master', lambda: None)
+    monkeypatch.setattr(rospy_repair, '_original_start', lambda: types.SimpleNamespace(
+        handler=types.SimpleNamespace(reg_man=registering)))
+    rospy_repair._start_node()
+    thread = threading.Thread(target=registering.run, daemon=True)
+    thread.start()
+    end = time.monotonic() + DEADLINE
+    while not waits and time.monotonic() < end:
+        time.sleep(0.001)
+    down.set()
+    hooks[0]('the node ends')
+    thread.join(DEADLINE / 2.0)
+    assert waits and not thread.is_alive()

@@ -89,6 +89,11 @@ class TooSlow(AttemptError):
     """The machine was too slow to begin a grading."""
 
 
+def prepare(job):
+    """Import what this Job needs beyond this module; a process that forks attempts does it once for all of them."""
+    beside.prepare(job.exercise.beside)
+
+
 def run(job):
     """Grade a Job once; return the Attempted. Raise OSError if its folder cannot be used.
 
@@ -346,7 +351,7 @@ class Attempt:
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
         self._late_before = self._link.late  # steps that are no fault of the program
         self._state = StateReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link, reader.dt)
-        self._navigation = NavigationReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt)
+        self._navigation = NavigationReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link)
         stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:

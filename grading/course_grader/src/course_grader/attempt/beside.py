@@ -2,26 +2,25 @@
 
 Fork them while this process has one thread; the map that they get has the true walls, but for what is ``unmapped``.
 """
+import contextlib
 import importlib
 import os
 
 import rospkg
 import rospy
 import tf2_ros
-from roslaunch.config import ROSLaunchConfig
-from roslaunch.xmlloader import XmlLoader
 
 from course_grader.attempt import forked
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, frames
 from navigation_core.maps import map_files
-from navigation_core.maps.scores import true_map
 from navigation_core.poses import Pose
 from navigation_ros.poses import to_transform
 from rospy_support import nodes
 
 MODULES = {'map_server': 'map_server.server', 'amcl': 'amcl.node', 'slam_gmapping': 'gmapping.node',
            'move_base': 'move_base.node'}  # node: module with main()
+WITH_NODES = 'roslaunch', 'navigation_core.maps.scores'  # take 0.9 s to import, which other exercises do not need
 LAUNCH_FILES = ('robotont_demos', 'gmapping.launch'), ('robotont_navigation', 'navstack.launch')
 FOR_A_GRADING = {'/amcl/max_particles': 1000}  # instead of 5000: as exact in a maze, and five times as fast
 LAUNCHED = '__log:='  # as roslaunch starts nodes: under their own names, with parameters that are meant
@@ -36,6 +35,13 @@ OWN_TOPICS = {'amcl': ('/amcl_pose', '/particlecloud'), 'slam_gmapping': ('/map'
 def topics(names):
     """Return the topics that only these nodes may publish."""
     return {topic for name in names for topic in OWN_TOPICS[name]}
+
+
+def prepare(names):
+    """Import what the nodes need, in a process from which attempts are forked; ``start`` says what is missing."""
+    with contextlib.suppress(ImportError):
+        for module in [*WITH_NODES, *map(MODULES.get, names)] if names else []:
+            importlib.import_module(module)
 
 
 def start(exercise, start_pose, folder, log_folder, master):
@@ -67,6 +73,8 @@ def publish_mount():
 
 def _parameters(path, pose):
     """Return {name: value} of the launch files."""
+    from roslaunch.config import ROSLaunchConfig
+    from roslaunch.xmlloader import XmlLoader
     config = ROSLaunchConfig()
     for package, name in LAUNCH_FILES:
         arguments = [f'map_file:={path}', *(f'{arg}:={pose[axis]}' for arg, axis in zip(
@@ -77,6 +85,7 @@ def _parameters(path, pose):
 
 
 def _write_map(exercise, folder):
+    from navigation_core.maps.scores import true_map
     plan = world_format.parse(exercise.world)
     known = plan._replace(**{kind: tuple(shape for shape in getattr(plan, kind) if shape.name not in exercise.unmapped)
                              for kind in world_format.KINDS})

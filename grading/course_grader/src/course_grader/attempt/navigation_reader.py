@@ -25,13 +25,15 @@ MAP, ODOMETRY, ROBOT = 'map', 'odom', 'base_footprint'  # frames
 class NavigationReader:
     """Collects what checks of navigation need; costs nothing without them."""
 
-    def __init__(self, exercise, observed, zero):
-        """``zero`` [s]: simulated time of the first step."""
+    def __init__(self, exercise, observed, zero, link):
+        """``zero`` [s]: simulated time of the first step; ``link``: the SimulatorLink."""
         self._observed, self._zero = observed, zero
         self._transforms = {}  # {(parent, child): navigation_core.poses.Pose}
         self._places = {}  # {id of a goal: index in destinations}
         self._beside = exercise.beside
         checks = {scored.name for scored in exercise.rules}
+        if self._beside or checks & {'maps', 'localises'}:
+            link.follow()
         if 'maps' in checks:
             rospy.Subscriber('/map', grids.Grid, self._on_map, queue_size=1, buff_size=2 ** 24)
         if 'localises' in checks:

@@ -34,7 +34,7 @@ class SimulatorLink:
         self.late, self.busy = 0, ''  # of ClockStatus: steps that did not wait for the nodes, and whose fault it was
 
     def listen(self):
-        """Receive from now on; this sets the time of rospy in this process."""
+        """Receive from now on; this sets the time of rospy in this process, see ``follow``."""
         threading.Thread(target=self._receive, name='simulator', daemon=True).start()
 
     def step(self, count, deadline=math.inf):
@@ -49,6 +49,10 @@ class SimulatorLink:
                 self._changed.wait(min(LONGEST, max(0.0, deadline - time.monotonic())))
             if self._closed:
                 raise ConnectionError('the simulator has ended')
+
+    def follow(self):
+        """Know the time in every step from now on, not only after each ``step``. Raise OSError if it has ended."""
+        self._send(follow=True)
 
     def resume(self):
         """Let time continue. Raise OSError if the simulator has ended."""

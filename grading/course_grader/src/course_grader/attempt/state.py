@@ -26,6 +26,7 @@ class StateReader:
         self._observed, self._zero, self._dt = observed, zero, dt
         self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
         if any(scored.name == 'transform' for scored in exercise.rules):
+            link.follow()
             rospy.Subscriber('/tf', TFMessage, self._on_transforms)
             rospy.Subscriber('/tf_static', TFMessage, lambda message: self._on_transforms(message, lasting=True))
         for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:

@@ -53,6 +53,8 @@ class Stimuli:
 
     def start(self):
         """Start all of them."""
+        if self._threads:
+            self._link.follow()
         for thread in self._threads:
             thread.start()
 

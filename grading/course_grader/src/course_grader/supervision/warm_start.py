@@ -33,7 +33,10 @@ class WarmStart:
     """Calls ``run(module, argument)`` in processes that have imported ``module``; its result is sent back."""
 
     def __init__(self, module: str, run: Callable[[ModuleType, Any], object]) -> None:
-        """Start the server; it imports while the caller continues."""
+        """Start the server; it imports while the caller continues.
+
+        If the module has a function ``prepare(argument)``, the server calls it before it forks, for more imports.
+        """
         self._module, self._run, self._lock = module, run, threading.Lock()
         self._start_server(multiprocessing.get_context('fork').Process)
 
@@ -90,10 +93,14 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
         signal.signal(number, signal.SIG_DFL)
     del sys.argv[1:]  # otherwise rospy would apply remappings of a graded command
     imported = importlib.import_module(module)
-    gc.freeze()  # imported modules are never garbage
+    prepare, known = getattr(imported, 'prepare', lambda argument: None), 0
     with contextlib.suppress(EOFError):
         while True:
             argument = requests.recv()
+            prepare(argument)
+            if len(sys.modules) > known:
+                gc.freeze()  # imported modules are never garbage
+                known = len(sys.modules)
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # the next child keeps its id until the caller knows it
             sender = Connection(reduction.recv_handle(requests), readable=False)
             server = os.getpid()

@@ -42,15 +42,16 @@ from rospy_support.rospy_internals.shutdown import (
 from rospy_support.rospy_internals.time import follow_time, is_wall_time, set_time
 from rospy_support.rospy_internals.topics import (
     caller,
-    connected_publications,
     connection_header,
     connections,
+    count_publication,
     frame,
     holder,
     limit_publishers,
     new_publishers,
     publications,
     publish_without_threads,
+    published_messages,
     subscriptions,
     take_over,
     tell_connections_apart,
@@ -61,11 +62,11 @@ from rospy_support.rospy_internals.topics import (
 
 __all__ = [
     'CHECKED', 'LOG_PARAMETER', 'QueuedService', 'ServiceCall', 'attribute_connections', 'caller',
-    'collected_registrations', 'collected_unregistrations', 'command_line_parameters', 'connected_publications',
-    'connection_header', 'connections', 'end_registering', 'find_service', 'follow_time', 'frame', 'holder',
+    'collected_registrations', 'collected_unregistrations', 'command_line_parameters', 'connection_header',
+    'connections', 'count_publication', 'end_registering', 'find_service', 'follow_time', 'frame', 'holder',
     'is_wall_time', 'limit_calls_of_master', 'limit_messages', 'limit_publishers', 'log_without_asking',
     'logging_configured_by', 'misfits', 'new_publishers', 'offered_services', 'poll_for_registration', 'publications',
-    'publish_without_threads', 'registered', 'replace_slave_server', 'replace_tcpros_server', 'respond',
-    'service_error', 'service_header', 'set_time', 'shut_down_by', 'shutting_down', 'subscriptions', 'take_over',
-    'tell_connections_apart', 'to_message', 'transport_of', 'unconnected_publications', 'unconnected_subscriptions',
-    'version', 'wait_for_shutdown']
+    'publish_without_threads', 'published_messages', 'registered', 'replace_slave_server', 'replace_tcpros_server',
+    'respond', 'service_error', 'service_header', 'set_time', 'shut_down_by', 'shutting_down', 'subscriptions',
+    'take_over', 'tell_connections_apart', 'to_message', 'transport_of', 'unconnected_publications',
+    'unconnected_subscriptions', 'version', 'wait_for_shutdown']

@@ -102,9 +102,18 @@ def unconnected_publications():
     return _unconnected(manager.get_publications(), manager.get_publisher_impl)
 
 
-def connected_publications():
-    """Return the names of the topics that this node publishes with a connected subscriber."""
-    return {name for name, _ in publications()} - unconnected_publications()
+def count_publication(publisher):
+    """Count a message that did not go through the ``publish`` of a rospy.Publisher."""
+    impl = publisher.impl
+    if impl:
+        impl.seq += 1
+
+
+def published_messages():
+    """Return {topic: number of messages so far} for all topics of this node with a connected subscriber."""
+    manager = get_topic_manager()
+    found = [(name, manager.get_publisher_impl(name)) for name, _ in publications()]
+    return {name: impl.seq for name, impl in found if impl is not None and impl.has_connections()}
 
 
 def unconnected_subscriptions():
