@@ -15,7 +15,8 @@ from sim_scene.response import Response
 
 AROUND = 7  # px; in the middle of a square of one colour, a picture is flat
 EYE = 0.2155  # [m] height of the Robotont's camera
-WORLDS = pathlib.Path(__file__).parents[3] / 'robotont_gazebo' / 'worlds'
+REPOSITORY = pathlib.Path(__file__).parents[4]
+WORLDS = REPOSITORY / 'simulation' / 'robotont_gazebo' / 'worlds'
 POSES = {'minimaze_ar': [(-2.0, 0.0, EYE, 0.0), (0.3, 1.2, EYE, 2.5)], 'colors': [(0.0, 0.0, EYE, 0.0)],
          'mapping': [(-2.0, 0.5, EYE, 0.4)]}
 LINEAR_PICTURES = {'minimaze_ar': [715491995, 167038210], 'colors': [3341794944], 'mapping': [1427815833]}  # CRC-32
@@ -62,6 +63,13 @@ def test_values_and_light_are_each_others_inverse(gamma):
     response, values = Response(gamma), np.arange(256, dtype=np.uint8)
     assert np.allclose(response.values(response.light(values)), values)
     assert np.array_equal(response.smaller(np.tile(values.repeat(2), (2, 1)), (256, 1))[0], values)
+
+
+@pytest.mark.parametrize('launch', ['launch/camera_ar_track.launch',
+                                    'simulation/robotont_training/launch/robotont_ar.launch'])
+def test_launch_files_tell_the_tracker_the_gamma_of_the_simulated_camera(launch):
+    named = [line for line in (REPOSITORY / launch).read_text(encoding='utf-8').splitlines() if 'name="gamma"' in line]
+    assert str(GAMMA) in named[0]
 
 
 @pytest.mark.parametrize('gamma', [0.9, 4.1, math.nan])
