@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,7 @@ namespace robotont {
 namespace {
 
 using Bytes = py::array_t<std::uint8_t, py::array::c_style>;
+using Lights = py::array_t<std::uint16_t, py::array::c_style>;
 
 void require(bool condition, const std::string& message) {
     if (!condition) throw std::invalid_argument(message);
@@ -73,17 +75,38 @@ Solid make_cylinder(double x, double y, double radius, double bottom, double hei
     return cylinder;
 }
 
-struct Pattern {
-    Source source;
-    Bytes tones;  // which `source` points to
+Response make_response(const std::array<std::uint16_t, Response::kValues>& light) {
+    require(light[0] == 0 && light.back() == Response::kFull, "light must be 0 to " + std::to_string(Response::kFull));
+    for (int value = 1; value < Response::kValues; ++value)
+        require(light[value - 1] < light[value], "light must rise from each value to the next one");
+    return Response(light);
+}
+
+// An image of tones, and the same in light
+struct Image {
+    Bytes tones;
+    Lights light;
+    Tones view() const {
+        return {tones.data(), light.data(), static_cast<int>(tones.shape(1)), static_cast<int>(tones.shape(0))};
+    }
 };
 
-Pattern make_pattern(const Bytes& tones, double along, double up, double top, double pad, const Rgb& colour) {
+Image make_image(const Bytes& tones, const Response& response) {
     require(tones.ndim() == 2 && tones.shape(0) > 1 && tones.shape(1) > 1, "tones must be an array of 2 x 2 or more");
-    Pattern pattern;
-    pattern.tones = tones;
-    pattern.source.tones = tones.data();
-    pattern.source.height = static_cast<int>(tones.shape(0)), pattern.source.width = static_cast<int>(tones.shape(1));
+    Image image = {tones, Lights({tones.shape(0), tones.shape(1)})};
+    std::transform(tones.data(), tones.data() + tones.size(), image.light.mutable_data(),
+                   [&](std::uint8_t tone) { return response.light[tone]; });
+    return image;
+}
+
+struct Pattern {
+    Source source;
+    Image image;  // which `source` points to
+};
+
+Pattern make_pattern(const Image& image, double along, double up, double top, double pad, const Rgb& colour) {
+    Pattern pattern = {{}, image};
+    static_cast<Tones&>(pattern.source) = image.view();
     pattern.source.along = along, pattern.source.up = up, pattern.source.top = top, pattern.source.pad = pad;
     pattern.source.tint = tint(colour);
     return pattern;
@@ -91,21 +114,22 @@ Pattern make_pattern(const Bytes& tones, double along, double up, double top, do
 
 struct Surroundings {
     Background background;
-    std::vector<Bytes> floor;  // which `background` points to
+    std::vector<Image> floor;  // which `background` points to
 };
 
-Surroundings make_background(const Bytes& rows, const std::vector<Bytes>& floor, const Rgb& colour, double period,
+Surroundings make_background(const Bytes& rows, const std::vector<Image>& floor, const Rgb& colour, double period,
                              double sharpness) {
     Surroundings out;
     out.floor = floor;
     out.background.rows = packed(rows, "rows", rows.ndim() ? rows.shape(0) : 0);
     out.background.tint = tint(colour), out.background.period = period, out.background.sharpness = sharpness;
-    for (const Bytes& tones : floor) {
+    for (const Image& image : floor) {
+        const Tones tones = image.view();
         int bits = 0;
-        while (bits < 12 && tones.ndim() == 2 && (1 << bits) + 1 < tones.shape(0)) ++bits;
-        require(tones.ndim() == 2 && tones.shape(0) == tones.shape(1) && tones.shape(0) == (1 << bits) + 1,
+        while (bits < 12 && (1 << bits) + 1 < tones.height) ++bits;
+        require(tones.height == tones.width && tones.height == (1 << bits) + 1,
                 "an image of the floor must be square, with 2**n + 1 pixels");
-        out.background.floor.push_back({tones.data(), bits});
+        out.background.floor.push_back({tones, bits});
     }
     return out;
 }
@@ -114,9 +138,9 @@ Surroundings make_background(const Bytes& rows, const std::vector<Bytes>& floor,
 class Scene {
   public:
     Scene(const Camera& camera, std::vector<Solid> solids, const Surroundings& surroundings, const Light& light,
-          py::function pattern)
+          const Response& response, py::function pattern)
         : camera_(camera), solids_(std::move(solids)), surroundings_(surroundings), light_(light),
-          pattern_(std::move(pattern)) {
+          response_(response), pattern_(std::move(pattern)) {
         require(static_cast<int>(surroundings.background.rows.size()) == camera.height,
                 "rows must have a colour for each row of the camera");
     }
@@ -128,7 +152,8 @@ class Scene {
         Bytes pixels({camera_.height, camera_.width, 3});
         std::uint8_t* out = pixels.mutable_data();
         const py::gil_scoped_release others_may_run;
-        draw_picture({camera_, pose, solids_, visible_, sources, surroundings_.background, light_}, bgr, out);
+        draw_picture({camera_, pose, solids_, visible_, sources, surroundings_.background, light_, response_}, bgr,
+                     out);
         return pixels;
     }
 
@@ -162,7 +187,7 @@ class Scene {
         if (run.kind == kFront && !std::isnan(solid.resolution[run.face]))
             return pattern_("solid"_a = run.solid, "face"_a = run.face, "along"_a = run.along, "up"_a = run.up)
                 .cast<Pattern>();
-        Pattern plain;
+        Pattern plain = {};
         plain.source.curved = run.kind == kFront && run.face == kRound;
         plain.source.colour = run.kind == kFront ? solid.sides[run.face]
                               : run.kind == kTop ? solid.upper_end : solid.lower_end;
@@ -173,6 +198,7 @@ class Scene {
     const std::vector<Solid> solids_;
     const Surroundings surroundings_;
     const Light light_;
+    const Response response_;
     const py::function pattern_;
     std::map<std::tuple<int, int, int, int, int>, Pattern> patterns_;  // by solid, kind, face and levels
     bool found_ = false;
@@ -195,16 +221,21 @@ PYBIND11_MODULE(_native, module) {
                     "height"_a, "rank"_a, "sides"_a, "ends"_a, "resolution"_a, "steps"_a, "sharper"_a)
         .def_static("cylinder", &make_cylinder, py::kw_only(), "x"_a, "y"_a, "radius"_a, "bottom"_a, "height"_a,
                     "rank"_a, "colour"_a, "ends"_a);
+    py::class_<Response>(module, "Response")
+        .def(py::init(&make_response), py::kw_only(), "light"_a);
+    py::class_<Image>(module, "Image")
+        .def(py::init(&make_image), py::kw_only(), "tones"_a, "response"_a);
     py::class_<Pattern>(module, "Pattern")
-        .def(py::init(&make_pattern), py::kw_only(), "tones"_a, "along"_a, "up"_a, "top"_a, "pad"_a, "colour"_a);
+        .def(py::init(&make_pattern), py::kw_only(), "image"_a, "along"_a, "up"_a, "top"_a, "pad"_a, "colour"_a);
     py::class_<Surroundings>(module, "Background")
         .def(py::init(&make_background), py::kw_only(), "rows"_a, "floor"_a, "colour"_a, "period"_a, "sharpness"_a);
     py::class_<Light>(module, "Light")
         .def(py::init([](double upright, double x, double y) { return Light{upright, x, y}; }), py::kw_only(),
              "upright"_a, "x"_a, "y"_a);
     py::class_<Scene>(module, "Scene")
-        .def(py::init<const Camera&, std::vector<Solid>, const Surroundings&, const Light&, py::function>(),
-             py::kw_only(), "camera"_a, "solids"_a, "background"_a, "light"_a, "pattern"_a)
+        .def(py::init<const Camera&, std::vector<Solid>, const Surroundings&, const Light&, const Response&,
+                      py::function>(),
+             py::kw_only(), "camera"_a, "solids"_a, "background"_a, "light"_a, "response"_a, "pattern"_a)
         .def("picture", &Scene::picture, "pose"_a, py::kw_only(), "bgr"_a)
         .def("depth", &Scene::depth, "pose"_a, py::kw_only(), "near"_a, "far"_a);
 }

@@ -1,6 +1,7 @@
 // The picture, in blocks of columns: sky and floor, and on them the layers, the farthest first. Each face is drawn by
 // the perspective map of its plane, from an image of its pattern in a size that suits the distance. Its upper and lower
-// edges are blended by how much of a pixel they cover; upright edges fall between two columns.
+// edges are blended by how much of a pixel they cover; upright edges fall between two columns. Tones and
+// edges are blended in light.
 #include <algorithm>
 #include <cstring>
 
@@ -13,6 +14,7 @@ using Tint = std::array<std::uint32_t, 3>;
 constexpr int kBlock = 8, kPart = 256;  // columns; parts of a pixel of a pattern's image
 constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
 typedef std::uint32_t Words __attribute__((vector_size(4 * kBlock)));
+typedef std::uint64_t Longs __attribute__((vector_size(4 * kBlock)));
 typedef std::int32_t Integers __attribute__((vector_size(4 * kBlock)));
 typedef float Floats __attribute__((vector_size(4 * kBlock)));
 typedef std::uint8_t Bytes __attribute__((vector_size(4 * kBlock)));
@@ -23,17 +25,57 @@ constexpr Bytes kPacked = {0,  1,  2,  4,  5,  6,  8,  9,  10, 12, 13, 14, 3,  7
 constexpr int kNothing = std::numeric_limits<int>::max();  // more than the number of any layer
 constexpr int kPlain = -1;  // the level of rows that do not show the floor's pattern
 
-// The colours of kBlock places: of four tones around each, which is `right` and `down` parts from the first one.
-ROBOTONT_INLINE Words blend_tones(const std::uint8_t* tones, int stride, const Integers& at,
-                                  const Words& right, const Words& down, const Tint& tint) {
+ROBOTONT_INLINE bool any(const Words& words) {
+    const Longs halves = (Longs)words;
+    return halves[0] | halves[1] | halves[2] | halves[3];
+}
+
+// kBlock places in an image, `right` and `down` parts of a pixel from the first of four tones around each.
+struct Places {
+    Integers first;
+    Words right, down;
+};
+
+// The tones, in 1 / 256, of kBlock places. Not inline, as most places have four equal tones around them: drawing those
+// would take longer, because fewer registers would be left for it.
+ROBOTONT_FAST void blend_in_light(const Tones& image, const Response& response, const Places& places, Words* tone) {
     Words upper, lower;
     for (int i = 0; i < kBlock; ++i) {
-        const std::uint8_t *p = tones + at[i], *q = p + stride;
+        const std::uint16_t *p = image.light + places.first[i], *q = p + image.width;
+        upper[i] = p[0] | static_cast<std::uint32_t>(p[1]) << 16;
+        lower[i] = q[0] | static_cast<std::uint32_t>(q[1]) << 16;
+    }
+    const Words right = places.right, down = places.down;
+    const Words first = (upper & 0xffff) * (kPart - right) + (upper >> 16) * right;
+    const Words second = (lower & 0xffff) * (kPart - right) + (lower >> 16) * right;
+    const Words light = (first * (kPart - down) + second * down + kPart * kPart / 2) / (kPart * kPart);
+    const Floats next = __builtin_convertvector((Integers)(light + 1), Floats);
+    const Words at = ((Words)next >> Response::kDropped) - Response::kFirst;  // Response::index_of
+    Words out;
+    for (int i = 0; i < kBlock; ++i) out[i] = response.back[at[i]];
+    *tone = out;
+}
+
+// The colours of kBlock places, `right` and `down` parts from the first of four tones around each.
+ROBOTONT_INLINE Words blend_tones(const Tones& image, const Response& response, const Integers& at, const Words& right,
+                                  const Words& down, const Tint& tint) {
+    Words upper, lower;
+    for (int i = 0; i < kBlock; ++i) {
+        const std::uint8_t *p = image.tones + at[i], *q = p + image.width;
         upper[i] = p[0] | p[1] << 8, lower[i] = q[0] | q[1] << 8;
     }
-    const Words first = (upper & 255) * (kPart - right) + (upper >> 8) * right;
-    const Words second = (lower & 255) * (kPart - right) + (lower >> 8) * right;
-    const Words tone = (first * (kPart - down) + second * down + kPart / 2) / kPart;  // in parts of 1 / 256 grey
+    Words tone = (upper & 255) << 8;  // in 1 / 256
+    if (__builtin_expect(any((upper ^ lower) | ((upper >> 8 ^ upper) & 255)), false)) {
+        if (response.linear) {
+            const Words first = (upper & 255) * (kPart - right) + (upper >> 8) * right;
+            const Words second = (lower & 255) * (kPart - right) + (lower >> 8) * right;
+            tone = (first * (kPart - down) + second * down + kPart / 2) / kPart;
+        } else {
+            Words blended;
+            blend_in_light(image, response, {at, right, down}, &blended);
+            tone = blended;
+        }
+    }
     const std::uint32_t r = tint[0], g = tint[1], b = tint[2], half = 1u << 23;
     return (tone * r + half) >> 24 | (tone * g + half) >> 24 << 8 | (tone * b + half) >> 24 << 16;
 }
@@ -73,15 +115,16 @@ std::vector<FloorRow> floor_rows(const Camera& camera, const Pose& pose, const B
     return rows;
 }
 
-ROBOTONT_INLINE Words draw_floor(const FloorRow& row, const Background& background, int left) {
+ROBOTONT_INLINE Words draw_floor(const FloorRow& row, const Background& background, int left,
+                                 const Response& response) {
     const FloorImage& image = background.floor[row.level];
     const int shift = 32 - image.bits;
-    const std::uint32_t stride = (1u << image.bits) + 1;
+    const std::uint32_t stride = image.width;
     const Words x = row.x + (static_cast<std::uint32_t>(left) + kLanes) * row.across_x;
     const Words y = row.y + (static_cast<std::uint32_t>(left) + kLanes) * row.across_y;
     const Words at = (y >> shift) * stride + (x >> shift);
-    return blend_tones(image.tones, stride, (Integers)at, x >> (shift - 8) & (kPart - 1),
-                       y >> (shift - 8) & (kPart - 1), background.tint);
+    return blend_tones(image, response, (Integers)at, x >> (shift - 8) & (kPart - 1), y >> (shift - 8) & (kPart - 1),
+                       background.tint);
 }
 
 // The rows that one layer covers: in each column, `first` to `end` (exclusive) fully, some beside them partly.
@@ -121,11 +164,12 @@ struct Mask {
     }
 };
 
-ROBOTONT_INLINE Colour blended(Colour under, Colour drawn, int share) {
+ROBOTONT_INLINE Colour blended(Colour under, Colour drawn, int share, const Response& response) {
     Colour out = 0;
     for (int shift = 0; shift < 24; shift += 8) {
-        const int old = under >> shift & 255, fresh = drawn >> shift & 255;
-        out |= static_cast<Colour>(old + ((fresh - old) * share >> 8)) << shift;
+        const int old = response.light[under >> shift & 255], fresh = response.light[drawn >> shift & 255];
+        const std::uint32_t light = old + ((fresh - old) * share >> 8);
+        out |= (response.linear ? light : response.back[Response::index_of(light)]) >> 8 << shift;
     }
     return out;
 }
@@ -192,15 +236,14 @@ struct Part {
         return out;
     }
 
-    ROBOTONT_INLINE Words draw(int row) const {
+    ROBOTONT_INLINE Words draw(int row, const Response& response) const {
         if (!source->tones) return colour;
-        const int stride = source->width;
         const float last = static_cast<float>((source->height - 1) * kPart - 1);
         Floats place = (start + static_cast<float>(row) * down) * kPart;
         place = place > 0 ? place : 0;
         place = place < last ? place : last;
         const Integers whole = __builtin_convertvector(place, Integers);
-        return blend_tones(source->tones, stride, (whole >> 8) * stride + column, right,
+        return blend_tones(*source, response, (whole >> 8) * source->width + column, right,
                            (Words)(whole & (kPart - 1)), source->tint);
     }
 };
@@ -208,7 +251,8 @@ struct Part {
 // The columns from `left` on, at most kBlock, of all rows.
 class Block {
   public:
-    explicit Block(const Camera& camera) : camera_(camera), colours_(camera.height * kBlock), cover_(camera.height) {}
+    Block(const Camera& camera, const Response& response)
+        : camera_(camera), response_(response), colours_(camera.height * kBlock), cover_(camera.height) {}
 
     void begin(int left, const std::vector<Mask>& masks) {
         left_ = left, columns_ = std::min(kBlock, camera_.width - left);
@@ -227,7 +271,7 @@ class Block {
             if (floor[row].level == kPlain)
                 std::fill(out, out + kBlock, background.rows[row]);
             else {
-                const Words drawn = draw_floor(floor[row], background, left_);
+                const Words drawn = draw_floor(floor[row], background, left_, response_);
                 std::memcpy(out, &drawn, sizeof drawn);
             }
         }
@@ -244,14 +288,14 @@ class Block {
         for (int row = std::max(top, 0); row < std::min(bottom, camera_.height); ++row) {
             if (cover_[row] < layer) continue;
             Colour* out = &colours_[row * kBlock + part.left - left_];
-            const Words drawn = part.draw(row);
+            const Words drawn = part.draw(row, response_);
             if (row >= first && row < end && part.columns == kBlock)
                 std::memcpy(out, &drawn, sizeof drawn);
             else
                 for (int i = 0; i < part.columns; ++i) {
                     const int column = part.left + i;
                     const bool whole = row >= mask.first[column] && row < mask.end[column];
-                    out[i] = whole ? drawn[i] : blended(out[i], drawn[i], mask.share(column, row));
+                    out[i] = whole ? drawn[i] : blended(out[i], drawn[i], mask.share(column, row), response_);
                 }
         }
     }
@@ -276,6 +320,7 @@ class Block {
 
   private:
     const Camera& camera_;
+    const Response& response_;
     int left_ = 0, columns_ = 0;
     std::vector<Colour> colours_;  // (height, kBlock)
     std::vector<int> cover_;       // (height,): the nearest layer that hides the rest
@@ -289,7 +334,7 @@ ROBOTONT_FAST void draw_picture(const Picture& picture, bool bgr, std::uint8_t* 
     std::vector<Mask> masks;
     for (int layer = 0; layer < visible.count; ++layer) masks.emplace_back(visible.layers[layer], camera);
     const std::vector<FloorRow> floor = floor_rows(camera, picture.pose, picture.background);
-    Block block(camera);
+    Block block(camera, picture.response);
     for (int left = 0; left < camera.width; left += kBlock) {
         block.begin(left, masks);
         block.draw_background(picture.background, floor);

@@ -2,9 +2,11 @@
 // picture is a line of the floor plan. Lengths and depths in metres, depths along the optical axis; rows and columns in
 // pixels, whole numbers at their centres.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -94,19 +96,55 @@ struct Light {
     double upright, x, y;
 };
 
-// What a face shows: the tones (height, width) of a pattern, or a colour.
-struct Source {
-    const std::uint8_t* tones = nullptr;  // none: a colour
+// The camera's response: how much light each value of its pictures stands for, and back. What is blended is blended in
+// light. Values are tones and the parts of a colour, 0 to 255; light is 0 to kFull, and more for each higher value.
+struct Response {
+    static constexpr int kValues = 256, kFull = 255 * 256;
+    static constexpr int kBits = 8;  // each octave of light has 2**kBits places in `back`
+    static constexpr std::uint32_t kDropped = 23 - kBits, kFirst = 127u << kBits;  // bits of a float; the place of 1.0
+    std::array<std::uint16_t, kValues> light;
+    std::array<std::uint32_t, (16 << kBits) + 1> back = {};  // in 1 / 256 value, at index_of(light)
+    bool linear = true;                                      // light is values, in 1 / 256
+
+    explicit Response(const std::array<std::uint16_t, kValues>& light) : light(light) {
+        for (int value = 0; value < kValues; ++value) linear = linear && light[value] == value * 256;
+        for (std::uint32_t k = 0; k < back.size(); ++k) {
+            const std::uint32_t bits = (k + kFirst) << kDropped | 1u << (kDropped - 1);  // the middle of this place
+            float next;
+            std::memcpy(&next, &bits, sizeof next);
+            const auto above = std::upper_bound(light.begin() + 1, light.end() - 1, next - 1);
+            const double step = (next - 1 - above[-1]) / (above[0] - above[-1]);
+            back[k] = static_cast<std::uint32_t>(256 * (above - light.begin() - 1 + std::min(step, 1.0)));
+        }
+        for (int value = 0; value < kValues; ++value) back[index_of(light[value])] = 256 * value;  // exactly
+    }
+
+    // Of a float, the exponent and kBits of the mantissa: so far apart are the values, even those of dark pixels
+    static int index_of(std::uint32_t light) {
+        const float next = static_cast<float>(light + 1);
+        std::uint32_t bits;
+        std::memcpy(&bits, &next, sizeof bits);
+        return (bits >> kDropped) - kFirst;
+    }
+};
+
+// Tones (height, width), and the same in light.
+struct Tones {
+    const std::uint8_t* tones = nullptr;
+    const std::uint16_t* light = nullptr;
     int width = 0, height = 0;
+};
+
+// What a face shows: the tones of a pattern, or without them a colour.
+struct Source : Tones {
     double along = 0.0, up = 0.0, top = 0.0, pad = 0.0;  // [px/m], [m] z of its upper edge; [px] around the pattern
     std::array<std::uint32_t, 3> tint = {};              // of the tones, in 1 / 65536
     Colour colour = 0;
     bool curved = false;  // the shaded side of a cylinder
 };
 
-struct FloorImage {
-    const std::uint8_t* tones;  // one period of the floor, and a row and a column more
-    int bits;                   // log2 of the period [px]
+struct FloorImage : Tones {  // one period of the floor, and a row and a column more
+    int bits = 0;  // log2 of the period [px]
 };
 
 struct Background {
@@ -161,6 +199,7 @@ struct Picture {
     const std::vector<const Source*>& sources;
     const Background& background;
     const Light& light;
+    const Response& response;
 };
 void draw_picture(const Picture& picture, bool bgr, std::uint8_t* pixels);
 

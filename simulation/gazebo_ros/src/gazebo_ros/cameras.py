@@ -22,13 +22,13 @@ from kinematic_core.worlds import world_format
 from kinematic_core.worlds.floor_plan import Cylinder
 from rospy_support import nodes
 from rospy_support.images import DEPTH, to_image
-from rospy_support.parameters import Table, Text
+from rospy_support.parameters import Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
 from sim_scene.renderer import Renderer
 
 NAME = 'gazebo_cameras'
-PARAMETERS = Table(Text('~server', '/gazebo'))
+PARAMETERS = Table(Text('~server', '/gazebo'), Number('~gamma', pinhole.GAMMA, *pinhole.GAMMAS))
 FIELDS = [PointField(name, offset, PointField.FLOAT32, 1)
           for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
 
@@ -38,7 +38,7 @@ class CamerasNode:
 
     def __init__(self):
         """Subscribe to the simulator."""
-        server, = PARAMETERS.read('~server')
+        server, self._gamma = PARAMETERS.read('~server', '~gamma')
         self._scene = None  # plan, bodies and _Cameras
         self._cameras = {}  # (model, index): _Camera
         rospy.Subscriber(f'{server}/scene', String, self._on_scene, queue_size=1)
@@ -52,7 +52,7 @@ class CamerasNode:
             camera = Camera(*fields)
             camera = camera._replace(place=Place(*camera.place), depth=camera.depth and tuple(camera.depth))
             key = (model, camera, prefix)
-            cameras[key] = self._cameras.pop(key, None) or _Camera(model, camera, prefix)
+            cameras[key] = self._cameras.pop(key, None) or _Camera(model, camera, prefix, self._gamma)
         for gone in self._cameras.values():
             gone.close()
         self._cameras = cameras
@@ -72,8 +72,8 @@ class CamerasNode:
 class _Camera:
     """The topics of one camera."""
 
-    def __init__(self, model, camera, prefix):
-        self.model, self._camera = model, camera
+    def __init__(self, model, camera, prefix, gamma):
+        self.model, self._camera, self._gamma = model, camera, gamma
         self._schedule = Schedule(camera.rate)
         self._plan = self._renderer = None
         lens = pinhole.PinholeCamera(camera.width, camera.height, camera.field)
@@ -111,7 +111,8 @@ class _Camera:
         if plan != self._plan:
             camera = self._camera
             self._renderer = Renderer(plan, camera.width, camera.height, camera.field,
-                                      depth_range=camera.depth or (pinhole.DEPTH_NEAR, pinhole.DEPTH_FAR))
+                                      depth_range=camera.depth or (pinhole.DEPTH_NEAR, pinhole.DEPTH_FAR),
+                                      gamma=self._gamma)
             self._plan = plan
         place = self._place(transform.transform)
         colour = self._renderer.render(place) if wants_colour or wants_points else None

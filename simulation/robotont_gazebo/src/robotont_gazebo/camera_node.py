@@ -37,7 +37,8 @@ PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGE
                    Number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, 'rad'),
                    Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''),
                    Number('~depth_near', camera.DEPTH_NEAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
-                   Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'))
+                   Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
+                   Number('~gamma', camera.GAMMA, *camera.GAMMAS))
 FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
@@ -46,7 +47,8 @@ class CameraNode:
 
     def __init__(self):
         """Read the parameters and register everything."""
-        *self._size, self._fov, rate = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate')
+        *self._size, self._fov, rate, self._gamma = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate',
+                                                                    '~gamma')
         self._depth_range = _depth_range()
         self._every = max(1, round(ODOMETRY_RATE / rate))
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
@@ -113,7 +115,7 @@ class CameraNode:
             plan = plan.with_moved([(pose.position.x, pose.position.y, yaw_of(pose.orientation)) for pose in poses])
         if moving or plan is not self._rendered_plan:
             self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov,
-                                                           depth_range=self._depth_range), plan
+                                                           depth_range=self._depth_range, gamma=self._gamma), plan
         return self._renderer
 
 

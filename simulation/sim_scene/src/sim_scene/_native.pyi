@@ -29,12 +29,23 @@ class Solid:
     def cylinder(*, x: float, y: float, radius: float, bottom: float, height: float, rank: float,
                  colour: Sequence[float], ends: np.ndarray) -> Solid: ...
 
+class Response:
+    """The camera's response, in which tones and colours are blended.
+
+    light (256,): that of each value of a picture, 0 for value 0, 65280 for 255, rising; 256 * value: linear.
+    """
+    def __init__(self, *, light: np.ndarray) -> None: ...
+
+class Image:
+    """An image of tones (rows, columns) uint8, seen by a camera with this response."""
+    def __init__(self, *, tones: np.ndarray, response: Response) -> None: ...
+
 class Pattern:
-    """The image of a face: tones (rows, columns) uint8 of ``colour``, with ``pad`` px around.
+    """The image of a face: its tones are those of ``colour``; with ``pad`` px around.
 
     along, up: its resolution [px/m]; top: z of its upper edge; column 0 is on the left of a viewer in front of it.
     """
-    def __init__(self, *, tones: np.ndarray, along: float, up: float, top: float, pad: float,
+    def __init__(self, *, image: Image, along: float, up: float, top: float, pad: float,
                  colour: np.ndarray) -> None: ...
 
 class Background:
@@ -43,7 +54,7 @@ class Background:
     floor: images of its tones, each half as fine as the previous one: one ``period`` of 2**n px, and one row and column
     more; sharpness: their pixels per pixel of the camera.
     """
-    def __init__(self, *, rows: np.ndarray, floor: Sequence[np.ndarray], colour: np.ndarray, period: float,
+    def __init__(self, *, rows: np.ndarray, floor: Sequence[Image], colour: np.ndarray, period: float,
                  sharpness: float) -> None: ...
 
 class Light:
@@ -56,7 +67,7 @@ class Scene:
     pattern(solid=, face=, along=, up=): returns the Pattern of a face, 0 to 3, at two levels of its image.
     """
     def __init__(self, *, camera: Camera, solids: Sequence[Solid], background: Background, light: Light,
-                 pattern: Callable[..., Pattern]) -> None: ...
+                 response: Response, pattern: Callable[..., Pattern]) -> None: ...
     def picture(self, pose: Pose, *, bgr: bool) -> np.ndarray:
         """Return the picture (height, width, 3) uint8, RGB or BGR."""
     def depth(self, pose: Pose, *, near: float, far: float) -> np.ndarray:

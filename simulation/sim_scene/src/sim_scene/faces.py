@@ -8,6 +8,7 @@ import numpy as np
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
 from sim_scene import textures
 from sim_scene.native import Light, Pattern, Solid
+from sim_scene.response import Response
 
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
 LIGHT = (0.16, 0.10)  # additional brightness of faces towards +x and +y
@@ -40,9 +41,9 @@ class Faces:
     impossible marker_id.
     """
 
-    def __init__(self, plan: FloorPlan, patterns: bool) -> None:
+    def __init__(self, plan: FloorPlan, response: Response, patterns: bool) -> None:
         self._patterned: Dict[Tuple[int, int], _Face] = {}
-        self._patterns = patterns
+        self._response, self._patterns = response, patterns
         self.solids: List[Solid] = []
         shapes = plan.solids()
         panels: List[Optional[Panel]] = [*[None] * (len(shapes) - len(plan.panels)), *plan.panels]
@@ -53,8 +54,8 @@ class Faces:
         """Return the Pattern of a face at the levels ``along`` and ``up`` of its Mipmap."""
         patterned = self._patterned[solid, face]
         mipmap = patterned.mipmap()
-        tones, per_metre_along, per_metre_up = mipmap.at(along, up)
-        return Pattern(tones=tones, along=per_metre_along, up=per_metre_up, top=patterned.bottom + mipmap.height,
+        _, image, per_metre_along, per_metre_up = mipmap.at(along, up)
+        return Pattern(image=image, along=per_metre_along, up=per_metre_up, top=patterned.bottom + mipmap.height,
                        pad=textures.PAD, colour=patterned.colour)
 
     def _box(self, box: Box, panel: Optional[Panel], rank: float) -> Solid:
@@ -72,7 +73,7 @@ class Faces:
 
     def _add_marker(self, panel: Panel) -> float:
         """Return the resolution [px/m] of a panel's pattern."""
-        what = panel.marker_id, panel.size, panel.marker_size
+        what = panel.marker_id, panel.size, panel.marker_size, self._response
         textures.panel(*what)  # refuses an impossible id
         self._patterned[len(self.solids), FRONT] = _Face(partial(textures.panel, *what), np.full(3, 255.0),
                                                          panel.bottom)
@@ -84,7 +85,8 @@ class Faces:
         for face, (length, share) in enumerate(zip((box.width, box.width, box.length, box.length), brightness)):
             coarser = textures.coarser_for(length, box.height)
             tone = round(share * textures.SHADES) / textures.SHADES
-            self._patterned[len(self.solids), face] = _Face(partial(textures.wall, coarser, box.bottom <= 0.0),
+            self._patterned[len(self.solids), face] = _Face(partial(textures.wall, coarser, box.bottom <= 0.0,
+                                                                    self._response),
                                                             np.array(box.colour, float) * tone, box.bottom)
             resolutions.append(textures.WALL_RESOLUTION / 2 ** coarser)
         return resolutions

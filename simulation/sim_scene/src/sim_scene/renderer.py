@@ -10,11 +10,13 @@ import numpy as np
 from kinematic_core.worlds.camera import (
     DEPTH_FAR,
     DEPTH_NEAR,
+    GAMMA,
     HEIGHT,
     HORIZONTAL_FOV,
     NEAR,
     WIDTH,
     PinholeCamera,
+    require_gamma,
     require_pose,
     require_range,
 )
@@ -22,26 +24,30 @@ from kinematic_core.worlds.floor_plan import FloorPlan
 from sim_scene.backdrop import background
 from sim_scene.faces import Faces, light
 from sim_scene.native import Camera, Pose, Scene
+from sim_scene.response import response_of
 
 
 class Renderer:
     """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
 
     ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. ``depth_range`` [m]:
-    the depth image shows only what lies between these two. Raises InvalidInput for an impossible camera, alvar_core's
+    the depth image shows only what lies between these two. ``gamma``: of the camera's response; edges are blended in
+    light, value ** gamma. Raises InvalidInput for an impossible camera, alvar_core's
     CodeError for a panel id that no marker can have.
     """
 
     def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
                  horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True,
-                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR)) -> None:
+                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR), gamma: float = GAMMA) -> None:
         self.camera = camera = PinholeCamera(width, height, horizontal_fov)
         self._near, self._far = require_range(*depth_range)
-        faces = Faces(plan, patterns)
+        response = response_of(require_gamma(gamma))
+        faces = Faces(plan, response, patterns)
         self._scene = Scene(camera=Camera(width=camera.width, height=camera.height, focal=camera.focal, cx=camera.cx,
                                           cy=camera.cy, near=NEAR),
                             solids=faces.solids, pattern=faces.pattern, light=light(),
-                            background=background(camera, plan.ground_colour, plan.sky_colour, patterns))
+                            response=response.compiled,
+                            background=background(camera, plan.ground_colour, plan.sky_colour, response, patterns))
 
     def render(self, camera_pose: Sequence[float], bgr: bool = False) -> np.ndarray:
         """Return the image of a camera at (x, y, z, yaw) [m, rad]: a new array (height, width, 3) uint8.

@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 
 from alvar_core import code
+from sim_scene.native import Image
+from sim_scene.response import Response
 
 FloatOrArray = Any  # a float or an array of floats
 
@@ -34,9 +36,10 @@ FLOOR_RESOLUTION = 256  # [px/m] of the finest floor image
 
 
 class PaddedImage(NamedTuple):
-    """An image with PAD px around, and its resolution along and up [px/m]."""
+    """An image with PAD px around, the same for the compiled steps, and its resolution along and up [px/m]."""
 
-    image: np.ndarray
+    tones: np.ndarray
+    image: Image
     along: float
     up: float
 
@@ -47,8 +50,8 @@ class Mipmap:
     ``image`` (rows, columns); ``length``, ``height`` [m] are those of the face. ``steps`` levels halve the size.
     """
 
-    def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
-        self.length, self.height, self._steps = length, height, steps
+    def __init__(self, image: np.ndarray, response: Response, length: float, height: float, steps: int = 1) -> None:
+        self.length, self.height, self._response, self._steps = length, height, response, steps
         self._images: Dict[Tuple[int, int], np.ndarray] = {(0, 0): image}
         self._padded: Dict[Tuple[int, int], PaddedImage] = {}
 
@@ -58,7 +61,8 @@ class Mipmap:
         if found is None:
             image = self._image(along, up)
             padded = cv2.copyMakeBorder(image, PAD, PAD, PAD, PAD, cv2.BORDER_REPLICATE)
-            found = PaddedImage(padded, image.shape[1] / self.length, image.shape[0] / self.height)
+            found = PaddedImage(padded, self._response.image(padded), image.shape[1] / self.length,
+                                image.shape[0] / self.height)
             self._padded[along, up] = found
         return found
 
@@ -70,7 +74,7 @@ class Mipmap:
             height, width = finer.shape[:2]
             scale = 0.5 ** (back / self._steps)
             size = (max(1, int(width * scale)), height) if along else (width, max(1, int(height * scale)))
-            found = cv2.resize(finer, size, interpolation=cv2.INTER_AREA)
+            found = self._response.smaller(finer, size)
             self._images[along, up] = found
         return found
 
@@ -87,7 +91,7 @@ def coarser_for(length: float, height: float) -> int:
 
 
 @functools.lru_cache(maxsize=16)
-def wall(coarser: int, on_floor: bool) -> Mipmap:
+def wall(coarser: int, on_floor: bool, response: Response) -> Mipmap:
     """Return the Mipmap of a brick wall of WALL_LENGTH x WALL_HEIGHT, doubled ``coarser`` times, from its foot upwards.
 
     on_floor: darker towards its lower edge.
@@ -100,7 +104,7 @@ def wall(coarser: int, on_floor: bool) -> Mipmap:
         tone = _bricks((np.arange(columns) + 0.5) / resolution, up)
     if on_floor:
         tone = tone * (DARKEST_AT_FLOOR + (1.0 - DARKEST_AT_FLOOR) * np.minimum(up / SHADOW_HEIGHT, 1.0))[:, None]
-    return Mipmap(rounded(tone * 255), WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
+    return Mipmap(rounded(tone * 255), response, WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
 
 
 def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -114,7 +118,7 @@ def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=64)
-def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
+def panel(marker_id: int, size: float, marker_size: float, response: Response) -> Mipmap:
     """Return the Mipmap of a panel's face: an ALVAR marker, marker_size [m] wide, in a white square, size [m] wide.
 
     Edges of cells have subpixel accuracy. Raises alvar_core's CodeError for an impossible id.
@@ -125,11 +129,13 @@ def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
     edges = (0.5 * (size - marker_size) + np.arange(count + 1) * marker_size / count) * PANEL_PIXELS / size
     before = np.clip(np.arange(PANEL_PIXELS + 1)[:, None] - edges[:-1], 0.0, np.diff(edges))
     share = np.diff(before, axis=0)  # (px, cells): how much of a pixel lies in a cell
-    return Mipmap(rounded(PAPER + (INK - PAPER) * (share @ black @ share.T)), size, size, PANEL_STEPS)
+    paper, ink = response.light(PAPER), response.light(INK)
+    tones = response.values(paper + (ink - paper) * (share @ black @ share.T))
+    return Mipmap(rounded(tones), response, size, size, PANEL_STEPS)
 
 
 @functools.lru_cache(maxsize=8)
-def floor(halved: int) -> np.ndarray:
+def floor(halved: int, response: Response) -> np.ndarray:
     """Return one period of the floor's tones, and then its first row and column once more.
 
     FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
@@ -139,9 +145,8 @@ def floor(halved: int) -> np.ndarray:
     position = (np.arange(round(PERIOD * resolution) * fine) + 0.5) / (resolution * fine)
     joint = np.abs((position + 0.5 * TILE) % TILE - 0.5 * TILE) < 0.5 * GROUT
     grout, odd = _averaged(joint, fine), _averaged(np.floor(position / TILE).astype(int) % 2, fine)
-    tone = TILE_TONES[0] + (TILE_TONES[1] - TILE_TONES[0]) * np.abs(odd[:, None] - odd)
     grout = 1.0 - (1.0 - grout[:, None]) * (1.0 - grout)
-    return np.pad(rounded((tone + (GROUT_TONE - tone) * grout) * 255), (0, 1), mode='wrap')
+    return np.pad(rounded(_tiles(np.abs(odd[:, None] - odd), grout, response)), (0, 1), mode='wrap')
 
 
 def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
@@ -149,8 +154,14 @@ def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
     return means
 
 
-def floor_mean(colour: np.ndarray) -> np.ndarray:
+def floor_mean(colour: np.ndarray, response: Response) -> np.ndarray:
     """Return the mean colour (3,), floats 0..255, of the pattern of a floor of this colour."""
-    share = 1.0 - (1.0 - GROUT / TILE) ** 2
-    mean: np.ndarray = colour * (GROUT_TONE * share + (1.0 - share) * sum(TILE_TONES) / 2)
+    mean: np.ndarray = colour * _tiles(0.5, 1.0 - (1.0 - GROUT / TILE) ** 2, response) / 255
     return mean
+
+
+def _tiles(odd: FloatOrArray, grout: FloatOrArray, response: Response) -> FloatOrArray:
+    """Return the tone 0..255 of a place of the floor with these shares of the second kind of tile, and of joints."""
+    first, second, joint = (response.light(255 * tone) for tone in (*TILE_TONES, GROUT_TONE))
+    light = first + (second - first) * odd
+    return response.values(light + (joint - light) * grout)

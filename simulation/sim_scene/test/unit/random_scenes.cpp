@@ -36,6 +36,7 @@ std::vector<Solid> random_solids() {
 // A source on the heap for each run, so that a step beyond its tones is one beyond its memory.
 struct Sources {
     std::vector<std::unique_ptr<std::uint8_t[]>> tones;
+    std::vector<std::unique_ptr<std::uint16_t[]>> light;
     std::vector<Source> each;
     std::vector<const Source*> of_runs;
 
@@ -44,8 +45,12 @@ struct Sources {
             const Run& run = visible.runs[k];
             if (run.kind == kFront && !std::isnan(solids[run.solid].resolution[run.face])) {
                 each[k].width = whole(2, 40), each[k].height = whole(2, 40);
-                tones.emplace_back(new std::uint8_t[each[k].width * each[k].height]());
-                each[k].tones = tones.back().get(), each[k].tint = {65536, 256, 0}, each[k].pad = whole(0, 4);
+                const int size = each[k].width * each[k].height;
+                tones.emplace_back(new std::uint8_t[size]), light.emplace_back(new std::uint16_t[size]);
+                std::generate_n(tones.back().get(), size, [] { return whole(0, 1) * 255; });
+                std::generate_n(light.back().get(), size, [] { return whole(0, 65535); });
+                each[k].tones = tones.back().get(), each[k].light = light.back().get();
+                each[k].tint = {65536, 256, 0}, each[k].pad = whole(0, 4);
                 each[k].along = between(1, 300), each[k].up = between(1, 300), each[k].top = between(0, 3);
             }
             each[k].curved = run.face == kRound;
@@ -54,7 +59,16 @@ struct Sources {
     }
 };
 
+Response response(double gamma) {
+    std::array<std::uint16_t, Response::kValues> light;
+    for (int value = 0; value < Response::kValues; ++value)
+        light[value] = static_cast<std::uint16_t>(
+            std::max<double>(value, std::nearbyint(Response::kFull * std::pow(value / 255.0, gamma))));
+    return Response(light);
+}
+
 void draw(const Camera& camera, const std::vector<Solid>& solids, const Background& background) {
+    static const Response responses[] = {response(1.0), response(2.2), response(4.0)};
     Visible visible;  // used again, as in a Scene
     for (int view = 0; view < 4; ++view) {
         const double z[] = {0.2, 1.5, 0.0, -1.0};
@@ -63,8 +77,8 @@ void draw(const Camera& camera, const std::vector<Solid>& solids, const Backgrou
         const Sources sources(visible, solids);
         std::vector<std::uint8_t> pixels(camera.width * camera.height * 3);
         std::vector<float> depths(camera.width * camera.height);
-        draw_picture({camera, pose, solids, visible, sources.of_runs, background, {0.8, 0.1, 0.1}}, view % 2,
-                     pixels.data());
+        draw_picture({camera, pose, solids, visible, sources.of_runs, background, {0.8, 0.1, 0.1}, responses[view % 3]},
+                     view % 2, pixels.data());
         draw_depth(camera, pose, solids, visible, 0.4, 5.0, depths.data());
     }
 }
@@ -75,9 +89,12 @@ int main() {
     for (int world = 0; world < 2000; ++world) {
         const int width = whole(16, 90), height = whole(16, 70);
         const Camera camera(width, height, between(0.2, 3.0) * width, 0.5 * width, 0.5 * height, 0.02);
-        const std::vector<std::uint8_t> fine(257 * 257), coarse(129 * 129);
-        const Background background = {std::vector<Colour>(height), {{fine.data(), 8}, {coarse.data(), 7}},
-                                       {65536, 65536, 65536}, 1.0, 1.1};
+        std::vector<std::uint8_t> fine(257 * 257), coarse(129 * 129);
+        for (std::uint8_t& tone : coarse) tone = whole(0, 1) * 255;
+        const std::vector<std::uint16_t> fine_light(fine.size()), coarse_light(coarse.size(), 65535);
+        const std::vector<FloorImage> floor = {{{fine.data(), fine_light.data(), 257, 257}, 8},
+                                               {{coarse.data(), coarse_light.data(), 129, 129}, 7}};
+        const Background background = {std::vector<Colour>(height), floor, {65536, 65536, 65536}, 1.0, 1.1};
         draw(camera, random_solids(), background);
     }
     std::puts("drawn");

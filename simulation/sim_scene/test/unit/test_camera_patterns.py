@@ -8,6 +8,7 @@ from kinematic_core.worlds.floor_plan import Box, FloorPlan, corners
 from sim_scene import textures
 from sim_scene.faces import shade
 from sim_scene.renderer import Renderer
+from sim_scene.response import Response
 from unit_support import reference_camera as reference
 
 EYE = 0.2155  # [m] height of the Robotont's camera
@@ -102,7 +103,7 @@ def test_bricks_have_the_colour_of_their_wall():
 
 
 def test_courses_of_bricks_are_shifted():
-    tones = textures.wall(0, False).at(0, 0)[0][textures.PAD:-textures.PAD, textures.PAD:-textures.PAD]
+    tones = textures.wall(0, False, Response(1.0)).at(0, 0)[0][textures.PAD:-textures.PAD, textures.PAD:-textures.PAD]
     lowest, second = (np.flatnonzero(tones[-1 - round((k + 0.5) * textures.COURSE * 256)] < 255 * 0.8) for k in (0, 1))
     half = round(textures.BRICK_LENGTH / 2 * 256)
     assert np.array_equal((lowest + half)[:40], second[second >= half][:40])

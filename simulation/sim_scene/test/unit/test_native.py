@@ -19,7 +19,10 @@ ONE_COLOUR, TWO_COLOURS = np.zeros((1, 3), np.uint8), np.zeros((2, 3), np.uint8)
 CAMERA = {'width': 16, 'height': 16, 'focal': 16.0, 'cx': 8.0, 'cy': 8.0, 'near': 0.02}
 BOX = {'x': 0.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'bottom': 0.0, 'height': 1.0, 'rank': 0.0,
        'sides': np.zeros((4, 3), np.uint8), 'ends': TWO_COLOURS, 'resolution': (1.0,) * 4, 'steps': 1, 'sharper': 0.0}
-PATTERN = {'tones': np.zeros((9, 9), np.uint8), 'along': 1.0, 'up': 1.0, 'top': 1.0, 'pad': 0.0, 'colour': (1, 2, 3)}
+VALUES = np.arange(256)
+RESPONSE = native.Response(light=VALUES * 256)
+IMAGE = {'tones': np.zeros((9, 9), np.uint8), 'response': RESPONSE}
+PATTERN = {'image': native.Image(**IMAGE), 'along': 1.0, 'up': 1.0, 'top': 1.0, 'pad': 0.0, 'colour': (1, 2, 3)}
 BACKGROUND = {'rows': np.zeros((16, 3), np.uint8), 'floor': [], 'colour': (1, 2, 3), 'period': 1.0, 'sharpness': 1.0}
 
 
@@ -64,17 +67,23 @@ def test_blue_comes_first_if_asked_for():
     assert np.array_equal(renderer.render(pose, bgr=True)[..., ::-1], renderer.render(pose))
 
 
+def image(*shape):
+    return native.Image(tones=np.zeros(shape, np.uint8), response=RESPONSE)
+
+
 @pytest.mark.parametrize('make, right, wrong, words', [
     (native.Camera, CAMERA, {'width': 0}, 'width, height, focal and near'),
     (native.Solid.box, BOX, {'sides': TWO_COLOURS}, r'sides must be an array \(4, 3\)'),
     (native.Solid.box, BOX, {'ends': ONE_COLOUR}, r'ends must be an array \(2, 3\)'),
     (native.Solid.box, BOX, {'steps': 0}, 'steps'),
-    (native.Pattern, PATTERN, {'tones': np.zeros((9, 1), np.uint8)}, 'tones'),
-    (native.Pattern, PATTERN, {'tones': np.zeros((9, 9, 3), np.uint8)}, 'tones'),
+    (native.Response, {'light': VALUES * 256}, {'light': VALUES}, '0 to 65280'),
+    (native.Response, {'light': VALUES * 256}, {'light': np.where(VALUES < 9, 0, VALUES * 256)}, 'rise'),
+    (native.Image, IMAGE, {'tones': np.zeros((9, 1), np.uint8)}, 'tones'),
+    (native.Image, IMAGE, {'tones': np.zeros((9, 9, 3), np.uint8)}, 'tones'),
     (native.Pattern, PATTERN, {'colour': (1, 2, 256)}, 'colour must be 0 to 255'),
     (native.Background, BACKGROUND, {'rows': np.zeros(16, np.uint8)}, 'rows'),
-    (native.Background, BACKGROUND, {'floor': [np.zeros((10, 10), np.uint8)]}, 'floor'),
-    (native.Background, BACKGROUND, {'floor': [np.zeros((9, 5), np.uint8)]}, 'floor'),
+    (native.Background, BACKGROUND, {'floor': [image(10, 10)]}, 'floor'),
+    (native.Background, BACKGROUND, {'floor': [image(9, 5)]}, 'floor'),
 ])
 def test_an_array_of_another_shape_is_refused(make, right, wrong, words):
     make(**right)
@@ -94,7 +103,7 @@ def test_an_error_of_a_pattern_is_the_error_of_the_picture():
         raise LookupError('no such pattern')
     scene = native.Scene(camera=native.Camera(**CAMERA), solids=[native.Solid.box(**BOX)],
                            background=native.Background(**BACKGROUND), pattern=missing,
-                           light=native.Light(upright=1.0, x=0.0, y=0.0))
+                           light=native.Light(upright=1.0, x=0.0, y=0.0), response=RESPONSE)
     with pytest.raises(LookupError, match='no such pattern'):
         scene.picture(native.Pose(-2.0, 0.0, 0.5, 0.0), bgr=False)
 

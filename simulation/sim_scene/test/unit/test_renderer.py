@@ -184,19 +184,21 @@ def test_panel_is_blank_from_behind():
     assert front[part].std() > 60 and back[part].std() < 2 and back[part].min() > 100
 
 
-def test_edges_are_smooth():
+@pytest.mark.parametrize('gamma', [1.0, 2.2])
+def test_edges_are_smooth(gamma):
     world = plan(Box('wall', 3.0, 0.0, 0.4, 0.2, 20.0, 0.5, 0.0, (255, 255, 255)))._replace(sky_colour=(0, 0, 0))
-    picture = Renderer(world, patterns=False).render((0.0, 0.0, EYE, 0.0))[:340, :, 0].astype(float)
+    picture = Renderer(world, patterns=False, gamma=gamma).render((0.0, 0.0, EYE, 0.0))[:340, :, 0] ** gamma
     white = picture.max(0)
     edge = 339 + 0.5 - picture.sum(0) / white  # the row where the wall begins, by how much of each column is white
     slope, offset = np.polyfit(np.arange(1280), edge, 1)
     assert np.abs(edge - (slope * np.arange(1280) + offset)).max() < 0.03  # px; with hard edges 0.5
 
 
-def test_steep_edges_are_smooth():
+@pytest.mark.parametrize('gamma', [1.0, 2.2])
+def test_steep_edges_are_smooth(gamma):
     # 0.1 m to the right of the camera and 0.2845 m above it, the wall's edge rises 2.845 px in a column.
     world = plan(Box('wall', 2.0, -0.15, 0.0, 9.0, 0.1, 0.5, 0.0, (255, 255, 255)))._replace(sky_colour=(0, 0, 0))
-    picture = Renderer(world, patterns=False).render((0.0, 0.0, EYE, 0.0))[40:300, 650:800, 0].astype(float)
+    picture = Renderer(world, patterns=False, gamma=gamma).render((0.0, 0.0, EYE, 0.0))[40:300, 650:800, 0] ** gamma
     edge = 800 - 0.5 - picture.sum(1) / picture.max()  # the column where the wall begins in each row
     slope, offset = np.polyfit(np.arange(40, 300), edge, 1)
     assert slope == pytest.approx(-1 / 2.845, rel=0.01)

@@ -16,6 +16,7 @@ NEAR = 0.02  # [m] along z: nothing nearer is visible in any image
 DEPTH_NEAR, DEPTH_FAR = 0.4, 5.0  # [m] along z: the real depth camera sees only what lies between
 LOWEST_DEPTH, HIGHEST_DEPTH = 0.02, 100.0  # [m] that can be set instead
 NARROWEST, WIDEST = 0.05, 2.8  # [rad] of the horizontal field of view
+GAMMA, GAMMAS = 2.2, (1.0, 4.0)  # of most cameras, and the range: a pixel's value is light ** (1 / gamma)
 DISTORTION = (0.0,) * 5  # k1 k2 p1 p2 k3 of plumb_bob
 RECTIFICATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 SMALLEST, LARGEST = 16, 4096  # [px] of width and height
@@ -83,3 +84,11 @@ def require_range(near: float, far: float) -> Tuple[float, float]:
         raise InvalidInput(f'the depth camera sees from {near!r} to {far!r} m; both must be {LOWEST_DEPTH:g} to '
                            f'{HIGHEST_DEPTH:g} m, and the first one the smaller one')
     return float(near), float(far)
+
+
+def require_gamma(gamma: float) -> float:
+    """Return the exponent of a camera's response; raise InvalidInput if it is impossible."""
+    low, high = GAMMAS
+    if not low <= gamma <= high:
+        raise InvalidInput(f'gamma of the camera is {gamma!r}; it must be {low:g} to {high:g}')
+    return float(gamma)
