@@ -143,28 +143,30 @@ def figures(by_class, key='class'):
 def peer_scores(half, count, progress):
     """Return {peer: {class: ClassScore}}; raise BenchError if the peers cannot be installed."""
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_peers_') as folder:
-        python = _environment(folder, progress)
+        python = peer_environment(folder, progress)
         shots = _peer_photos(folder, half, count)
         found = {}
         for peer in PEERS:
             progress(f'    {peer}')
             answers = os.path.join(folder, f'{peer}.json')
-            _call([python, PEER_SCRIPT, peer, folder, str(len(shots)), answers])
+            peer_call([python, PEER_SCRIPT, peer, folder, str(len(shots)), answers])
             with open(answers, encoding='utf-8') as file:
                 found[peer] = _scored(shots, json.load(file))
     return found
 
 
-def _environment(folder, progress):
-    progress(f'    installing {", ".join(PEERS)} for this measurement')
+def peer_environment(folder, progress, peers=PEERS):
+    """Return the Python of a new virtual environment in a folder, with the peers; raise BenchError if that fails."""
+    progress(f'    installing {", ".join(peers)} for this measurement')
     home = os.path.join(folder, 'environment')
-    _call([sys.executable, '-m', 'venv', home])
+    peer_call([sys.executable, '-m', 'venv', home])
     python = os.path.join(home, 'bin', 'python')
-    _call([python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', 'numpy', *PEERS])
+    peer_call([python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', 'numpy', *peers])
     return python
 
 
-def _call(command):
+def peer_call(command):
+    """Run a command of the peers' environment; raise BenchError with its last line if it fails."""
     environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
     ended = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=environment)
     if ended.returncode:

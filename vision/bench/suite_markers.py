@@ -17,11 +17,12 @@ import class_scores
 import marker_bag
 import marker_classes
 import no_markers
+import peer_times
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
-from command import write_figures
+from command import progress, write_figures
 from figures import OURS, Figure, Target, median, p95
 from marker_score import cameras_of, score, score_frame
 from markers_cli import detection_record
@@ -81,7 +82,7 @@ class Frames:
 SHOWN = TOOLS['gamma']
 
 _frames = []
-_classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}}
+_classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}, 'beside': samples}
 
 
 def use(options):
@@ -259,6 +260,17 @@ def classes(_subject, scale):
     return {**class_scores.figures(results['here']), **class_scores.figures(results[SHOWN], 'gamma_class')}
 
 
+def beside(_subject, scale):
+    """Return the CPU times beside those of a peer; it is installed only if the options ask for peers."""
+    if not _classes.get('peers'):
+        progress('    skipped: --peers installs napa-vision and measures beside it')
+        return {}
+    cv2.setNumThreads(1)
+    if 'beside' not in _classes:
+        _classes['beside'] = peer_times.times(_classes['half'], max(1, peer_times.PHOTOS // scale), progress)
+    return _classes['beside']
+
+
 MEASUREMENTS = {
     'single': Measurement(single, 'score and time, each frame on its own', in_process=True),
     'gamma': Measurement(gamma, f'the same with a camera of gamma {GAMMA}', in_process=True),
@@ -266,6 +278,7 @@ MEASUREMENTS = {
     'many': Measurement(many, 'many markers at once', in_process=True),
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
+    'beside': Measurement(beside, 'CPU beside napa-vision, with --peers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
 }
 
@@ -327,6 +340,9 @@ def _time_figures():
             yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median, Target('below', limit))
             yield Figure(f'{words}, {size}, wall, median', f'{key}_{size}', 'ms', median)
             yield Figure(f'{words}, {size}, wall, p95', f'{key}_{size}', 'ms', p95)
+    for key, words, limit in ('single', 'single', 4.0), ('tracked', 'with tracking', 2.0):
+        yield Figure(f'beside napa-vision, {words}, CPU', f'beside_{key}', 'times', median, Target('below', limit))
+    yield Figure('napa-vision, CPU, median', 'beside_peer', 'ms', median)
     yield Figure('found while tracking, of those found singly', 'tracking_found', '%', median, Target('at_least', 99.0))
 
 

@@ -2,6 +2,8 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <utility>
 
 namespace alvar {
@@ -104,6 +106,25 @@ template <typename Number>
 Number nth(Number* values, int count, int middle) {
     std::nth_element(values, values + middle, values + count);
     return values[middle];
+}
+
+// The same for numbers that are not negative, whose order stays: bit by bit, since such numbers are ordered as their
+// bits are.
+inline float nth_positive(const float* values, int count, int middle) {
+    std::int32_t bits = 0;
+    for (std::int32_t bit = 1 << 30; bit; bit >>= 1) {
+        const std::int32_t tried = bits | bit;
+        int smaller = 0;
+        for (int i = 0; i < count; ++i) {
+            std::int32_t own;
+            std::memcpy(&own, values + i, sizeof own);
+            smaller += own < tried;
+        }
+        if (smaller <= middle) bits = tried;
+    }
+    float found;
+    std::memcpy(&found, &bits, sizeof found);
+    return found;
 }
 
 }  // namespace alvar

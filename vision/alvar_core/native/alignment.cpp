@@ -118,8 +118,8 @@ struct Marker {
                 across[i] = across[i] * box.scale + box.x_offset;
                 down[i] = down[i] * box.scale + box.y_offset;
             }
-            for (int i = 0; i < n; i += kBlock)
-                atlas.read(across + i, down + i, std::min(kBlock, n - i), box.left, box.top, box.right, box.bottom,
+            for (int i = 0; i < wide; i += kBlock)
+                atlas.read(across + i, down + i, std::min(kBlock, wide - i), box.left, box.top, box.right, box.bottom,
                            &values[j * wide + i]);
         }
     }
@@ -135,7 +135,8 @@ struct Marker {
                 std::memset(row, 0, wide * sizeof(float));
                 for (int c = 0; c < cells; ++c)
                     if (black[r * cells + c])
-                        for (int i = 0; i < wide; ++i) row[i] += profile[0][part][c * wide + i];
+                        for (int i = 0; i < wide; i += kLane)
+                            store(load(row + i) + load(&profile[0][part][c * wide + i]), row + i);
             }
         const float *plain = &rows[0], *first = &rows[cells * wide], *second = &rows[2 * cells * wide];
         for (int j = 0; j < n; ++j) {
@@ -234,25 +235,22 @@ void align(Marker& m, const Pyramid& pyramid, const Lens& lens, int steps, unsig
         float c[kParameters];
         for (int k = 0; k < kParameters; ++k) c[k] = theta[k];
         const double contrast = theta[8];
-        const float grey = contrast > 1 ? contrast : 1, low = limit.GAIN_LIMITS.low * grey,
-                    high = limit.GAIN_LIMITS.high * grey;
-        for (int j = 0; j < n; ++j) {
-            const float v = line[j];
-            const float *t = &m.shape[j * wide], *tx = &m.by_x[j * wide], *ty = &m.by_y[j * wide];
-            const float *tb = &m.by_blur[j * wide], *values = &m.values[j * wide];
-            float *model = &m.model[j * wide], *residual = &m.residual[j * wide], *gain = &m.gain[j * wide];
-            float* dark = &m.dark[j * wide];
-            for (int i = 0; i < wide; ++i) {
-                const float u = line[i], along = c[6] * u + c[7] * v;
-                const float shift = tx[i] * gain[i] * (c[0] + c[1] * u + c[2] * v + along * u)
-                                    + ty[i] * gain[i] * (c[3] + c[4] * u + c[5] * v + along * v);
-                const float light = c[8] + (c[9] * u + c[10] * v) * per_half;
-                dark[i] = c[11] + (c[12] * u + c[13] * v) * per_half;
-                model[i] = shift + t[i] * light + dark[i] + c[14] * tb[i];
-                residual[i] = values[i] - model[i];
-                gain[i] = within(light, low, high);
+        const float grey = contrast > 1 ? contrast : 1;
+        const Lanes low = Lanes{} + float(limit.GAIN_LIMITS.low * grey);
+        const Lanes high = Lanes{} + float(limit.GAIN_LIMITS.high * grey);
+        for (int j = 0; j < n; ++j)
+            for (int i = j * wide; i < (j + 1) * wide; i += kLane) {
+                const float v = line[j];
+                const Lanes u = load(line + i - j * wide), along = c[6] * u + c[7] * v, old = load(&m.gain[i]);
+                const Lanes shift = load(&m.by_x[i]) * old * (c[0] + c[1] * u + c[2] * v + along * u)
+                                    + load(&m.by_y[i]) * old * (c[3] + c[4] * u + c[5] * v + along * v);
+                const Lanes light = c[8] + (c[9] * u + c[10] * v) * per_half;
+                const Lanes dark = c[11] + (c[12] * u + c[13] * v) * per_half;
+                const Lanes model = shift + load(&m.shape[i]) * light + dark + c[14] * load(&m.by_blur[i]);
+                const Lanes above = light > low ? light : low;  // NaN becomes low
+                store(dark, &m.dark[i]), store(model, &m.model[i]), store(load(&m.values[i]) - model, &m.residual[i]);
+                store(above < high ? above : high, &m.gain[i]);
             }
-        }
         const Range& change_of_blur = limit.BLUR_STEP_LIMITS;
         const double blur = *s.blur * (1 + within(theta[14] / grey, change_of_blur.low, change_of_blur.high));
         *s.blur = std::min(std::max(blur, limit.BLUR_LIMITS.low), limit.BLUR_LIMITS.high);
@@ -266,7 +264,7 @@ void align(Marker& m, const Pyramid& pyramid, const Lens& lens, int steps, unsig
         // noise and weights
         int counted = 0;
         for (const int place : m.noise_samples) m.robust[counted++] = std::fabs(m.residual[place]);
-        *s.noise = 1.4826 * nth(m.robust.data(), counted, counted / 2);
+        *s.noise = 1.4826 * nth_positive(m.robust.data(), counted, counted / 2);
         const double least = limit.MIN_OUTLIER_NOISE * std::max(contrast, limit.MIN_OUTLIER_CONTRAST);
         const float per_limit = 1 / ((step ? limit.OUTLIER : limit.FIRST_OUTLIER) * std::max(*s.noise, least));
         for (int i = 0; i < n * wide; ++i) {

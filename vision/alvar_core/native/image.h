@@ -58,7 +58,8 @@ struct Image {
     // The grey that stands for this much light, between whole ones
     float grey_of(float value) const {
         if (!light) return value;
-        const int above = std::upper_bound(light, light + kGreys - 1, value) - light;
+        int above = 0;  // as std::upper_bound, without branches
+        for (int step = kGreys / 2; step; step /= 2) above += light[above + step - 1] <= value ? step : 0;
         if (above == 0) return 0;
         return above - 1 + (value - light[above - 1]) / (light[above] - light[above - 1]);
     }
@@ -78,26 +79,37 @@ struct Image {
             row[i] = static_cast<std::int32_t>(within(y[i], top, bottom) * kParts);
         }
         const int last_column = (width - 1) * kParts - 1, last_row = (height - 1) * kParts - 1;
+        for (int i = 0; i < count; ++i) {
+            column[i] = column[i] < last_column ? column[i] : last_column;
+            row[i] = row[i] < last_row ? row[i] : last_row;
+        }
+        // Pixels are fetched one by one, so that the arithmetic is done on eight places at once
+        const auto pixel = [&](int i) { return greys + (row[i] >> kPartBits) * stride + (column[i] >> kPartBits); };
         if (light) {
+            float left_above[kBlock], right_above[kBlock], left_below[kBlock], right_below[kBlock];
             for (int i = 0; i < count; ++i) {
-                const int across = column[i] < last_column ? column[i] : last_column;
-                const int down = row[i] < last_row ? row[i] : last_row;
-                const std::uint8_t* p = greys + (down >> kPartBits) * stride + (across >> kPartBits);
-                const float more = (across & (kParts - 1)) * (1.0f / kParts);
-                const float below = (down & (kParts - 1)) * (1.0f / kParts);
-                const float upper = light[p[0]] + (light[p[1]] - light[p[0]]) * more;
-                const float lower = light[p[stride]] + (light[p[stride + 1]] - light[p[stride]]) * more;
+                const std::uint8_t* p = pixel(i);
+                left_above[i] = light[p[0]], right_above[i] = light[p[1]];
+                left_below[i] = light[p[stride]], right_below[i] = light[p[stride + 1]];
+            }
+            for (int i = 0; i < count; ++i) {
+                const float more = (column[i] & (kParts - 1)) * (1.0f / kParts);
+                const float below = (row[i] & (kParts - 1)) * (1.0f / kParts);
+                const float upper = left_above[i] + (right_above[i] - left_above[i]) * more;
+                const float lower = left_below[i] + (right_below[i] - left_below[i]) * more;
                 out[i] = upper + (lower - upper) * below;
             }
             return;
         }
+        std::int32_t pair_above[kBlock], pair_below[kBlock];  // the right one in the higher byte
         for (int i = 0; i < count; ++i) {
-            const int across = column[i] < last_column ? column[i] : last_column;
-            const int down = row[i] < last_row ? row[i] : last_row;
-            const std::uint8_t* p = greys + (down >> kPartBits) * stride + (across >> kPartBits);
-            const int more = across & (kParts - 1), below = down & (kParts - 1);
-            const int upper = p[0] * (kParts - more) + p[1] * more;
-            const int lower = p[stride] * (kParts - more) + p[stride + 1] * more;
+            const std::uint8_t* p = pixel(i);
+            pair_above[i] = p[0] | p[1] << 8, pair_below[i] = p[stride] | p[stride + 1] << 8;
+        }
+        for (int i = 0; i < count; ++i) {
+            const int more = column[i] & (kParts - 1), below = row[i] & (kParts - 1);
+            const int upper = (pair_above[i] & 255) * (kParts - more) + (pair_above[i] >> 8) * more;
+            const int lower = (pair_below[i] & 255) * (kParts - more) + (pair_below[i] >> 8) * more;
             out[i] = static_cast<float>(upper * (kParts - below) + lower * below) * (1.0f / (kParts * kParts));
         }
     }

@@ -9,17 +9,25 @@ namespace {
 
 using namespace alvar;
 
-// sums (kBatch, columns) = values (kBatch, rows) times a matrix (rows, columns): the matrix is read once
-constexpr int kBatch = 4;
+// sums (kBatch, columns) = values (kBatch, rows) times a matrix (rows, columns): the matrix is read once, and the sums
+// once for three of its rows
+constexpr int kBatch = 4, kTogether = 3;
 
-void times(const float* values, const float* matrix, int rows, int columns, float* sums) {
+void times(const float* values, const float* __restrict matrix, int rows, int columns, float* __restrict sums) {
     std::fill(sums, sums + kBatch * columns, 0.0f);
-    for (int k = 0; k < rows; ++k) {
-        const float a = values[k], b = values[rows + k], c = values[2 * rows + k], d = values[3 * rows + k];
+    int k = 0;
+    for (; k + kTogether <= rows; k += kTogether) {
         const float* row = matrix + std::size_t(k) * columns;
-        float *p = sums, *q = sums + columns, *r = sums + 2 * columns, *s = sums + 3 * columns;
-        for (int i = 0; i < columns; ++i) p[i] += a * row[i], q[i] += b * row[i], r[i] += c * row[i], s[i] += d * row[i];
+        for (int b = 0; b < kBatch; ++b) {
+            const float *of = values + b * rows + k, x = of[0], y = of[1], z = of[2];
+            float* sum = sums + b * columns;
+            for (int i = 0; i < columns; ++i) sum[i] += x * row[i] + y * row[columns + i] + z * row[2 * columns + i];
+        }
     }
+    for (; k < rows; ++k)
+        for (int b = 0; b < kBatch; ++b)
+            for (int i = 0; i < columns; ++i)
+                sums[b * columns + i] += values[b * rows + k] * matrix[std::size_t(k) * columns + i];
 }
 
 constexpr int kAlong = 5, kSides = 4, kPlaces = kAlong * kSides;  // as CoarseDecoder.ALONG
