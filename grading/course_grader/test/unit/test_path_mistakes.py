@@ -179,6 +179,8 @@ def kept(name, what, goal, errors, speed):
     ('keep_distance', 'marker ahead', 0.6, [0.5, 0.4, 0.3, 0.2, *[-0.3] * 60], lambda error: error + 0.54,
      'it never drives backward, although it is too near: linear.x has to be negative then; check the goal'),
     ('keep_distance', 'marker ahead', 0.6, [0.3, -0.3] * 20 + [-0.4] * 40, lambda error: 3.0 * error, 'it swings'),
+    ('keep_distance', 'marker ahead', 0.6, [0.5, *[-0.3] * 60], lambda error: max(0.0, 15.0 * error),
+     'its velocity is up to 7.5: choose a smaller gain'),
     ('keep_distance', 'marker ahead', 0.6, [0.01, -0.01] * 40, lambda error: error, None),
     ('keep_centre', 'marker left', 0.0, [0.5 - 0.02 * number for number in range(60)], lambda error: 0.5, None)])
 def test_what_the_errors_and_velocities_show(name, what, goal, errors, speed, advice):

@@ -23,6 +23,7 @@ TURNING = 0.05  # [rad/s] and
 MOVING = 0.02  # [m/s]: from these values on, a command turns or drives
 STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
 HARDLY = 0.05  # [m/s] or [rad/s]: a follower reacts to an error of 0.3 m or rad by more
+TOO_FAST = 5.0  # [m/s] or [rad/s]: no gain that suits an error of 1 m or rad is so large
 OF_VELOCITY = {'linear.x': 'linear|speed|forward', 'angular.z': 'angular|turn'}  # in the names of parameters
 NUMBER = r'-?\d+(?:\.\d*)?'
 WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG}  # [s] without a command
@@ -185,6 +186,9 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
     if STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
+    elif max(map(abs, speeds)) > TOO_FAST:
+        yield (f'its velocity is up to {max(map(abs, speeds)):.2g}: choose a smaller gain, by which the error is '
+               'multiplied; distances are in metres')
     elif wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late):
         yield ('it never drives backward, although it is too near: linear.x has to be negative then; check the goal '
                f'of the program, too, which is {wanted.value:g} m')
