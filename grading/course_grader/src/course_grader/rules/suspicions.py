@@ -155,8 +155,9 @@ def _before_it_is_connected(one: Program) -> Iterator[str]:
     """A message that is sent as soon as its publisher is made, and not repeatedly."""
     own = {function.name for function in functions(one)}
     for node in one.nodes:
-        block = getattr(node, 'body', None)
-        for place, made in enumerate(block if isinstance(block, list) else ()):
+        body = getattr(node, 'body', None)
+        block = body if isinstance(body, list) else []
+        for place, made in enumerate(block):
             if not _makes_a_publisher(made):
                 continue
             sends = f'{dotted(made.targets[0])}.publish'
@@ -232,7 +233,8 @@ def _angle_in_a_quaternion(one: Program) -> Iterator[str]:
 def _order_of_values(one: Program) -> Iterator[str]:
     """Values of a call in another order than the service has them."""
     kinds = {last(node.targets[0]): last(node.value.args[1]) for node in one.nodes if isinstance(node, ast.Assign)
-             and node.value in calls(one.nodes, 'ServiceProxy') and len(node.value.args) > 1}
+             and isinstance(node.value, ast.Call) and last(node.value.func) == 'ServiceProxy'
+             and len(node.value.args) > 1}
     for call in (node for node in one.nodes if isinstance(node, ast.Call)):
         kind = kinds.get(last(call.func), '')
         if any(meant not in ('', right) for meant, right in zip(map(_field, call.args), FIELDS.get(kind, ()))):
