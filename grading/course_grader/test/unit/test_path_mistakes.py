@@ -64,6 +64,11 @@ def test_velocities(linear, angular, advice):
     assert advice in said[0] if advice else said == []
 
 
+def test_two_commands_show_a_rate():
+    said = found('robot_forward', lambda turtle: turtle.drive(10.0, 0.2, 0.0, 0.2), 'commands')
+    assert said[0].startswith('it publishes 0.2 times per second: rospy.Rate(1)')
+
+
 def test_wrong_velocities_explain_the_path():
     turtle = GradedTurtle(5.0, 5.0).drive(35.0, 0.5, 11.46)
     turtle.observed.timed_out = True

@@ -113,7 +113,7 @@ def _other_velocity(name: str, value: float, limits: Tuple[float, float], meanin
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
     """Commands that are sent too often or too rarely."""
-    if wanted == ANY or len(observed.commands) < 3:
+    if wanted == ANY or len(observed.commands) < 2:
         return
     rate = 1.0 / max(period([command.t for command in observed.commands]), 1e-6)
     low, high = wanted
