@@ -128,3 +128,9 @@ def test_each_advice_is_one_sentence():
     for pattern, given in failures.FAILURES:
         re.compile(pattern)
         assert callable(given) or not given.endswith('.'), given
+
+
+def test_the_type_of_an_own_service_is_left_to_the_exercise():
+    said = 'incompatible service type'
+    assert failures.advice(said, "rospy.Service('/a', Empty, go)\n") is None
+    assert 'rosservice type' in failures.advice(said, "rospy.ServiceProxy('/a', Empty)()\n")

@@ -28,9 +28,9 @@ def test_poses(say, advice):
     assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
 
 
-@pytest.mark.parametrize('exit_code, count', [(None, 1), (0, 1), (None, 10)])
-def test_few_poses(exit_code, count):
-    turtle = GradedTurtle(2.0, 7.0)
+@pytest.mark.parametrize('exit_code, count, y', [(None, 1, 7.0), (0, 1, 7.0), (None, 10, 7.0), (0, 1, 2.0)])
+def test_few_poses(exit_code, count, y):
+    turtle = GradedTurtle(2.0, y)
     turtle.drive(0.1 * count, 1.0, 0.7, say=lambda pose: f'{pose.x:.3f} {pose.y:.3f}').drive(4.0, 1.0, 0.7)
     turtle.observed.exit_code = exit_code
     said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])

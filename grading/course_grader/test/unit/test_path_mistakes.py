@@ -35,6 +35,7 @@ def visit(turtle, *corners):
     ('square_by_topics', lambda turtle: polygon(turtle, side=(4.0, 2.0)), 'its sides are 2.0 m and 4.0 m long'),
     ('square_by_topics', lambda turtle: polygon(turtle, side=2.0, moving=0.5), 'the corners are round'),
     ('square_by_topics', lambda turtle: polygon(turtle, side=9.0), 'into a wall'),
+    ('square_by_topics', lambda turtle: polygon(turtle, side=3.5, turned=0.7854), 'turns by 45 degrees; a square'),
     ('square_by_topics', lambda turtle: turtle.drive(3.0, 1.0), 'it never turns'),
     ('square_by_teleport', lambda turtle: visit(turtle, (2, 2), (8, 8), (8, 2), (2, 8), (2, 2)), 'wrong order'),
     ('square_by_teleport', lambda turtle: visit(turtle, (2, 2), (8, 2), (8, 5), (2, 5), (2, 2)), '3.0 m and 6.0 m'),
@@ -61,6 +62,11 @@ def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
 def test_velocities(linear, angular, advice):
     said = found('publish_circle', lambda turtle: turtle.drive(3.0, linear, angular), 'commands')
     assert advice in said[0] if advice else said == []
+
+
+def test_two_commands_show_a_rate():
+    said = found('robot_forward', lambda turtle: turtle.drive(10.0, 0.2, 0.0, 0.2), 'commands')
+    assert said[0].startswith('it publishes 0.2 times per second: rospy.Rate(1)')
 
 
 def test_wrong_velocities_explain_the_path():
@@ -156,6 +162,43 @@ def test_a_robot_that_only_drives_forward(backward, advice):
         seen.commands.append(Command(0.1 * number + 0.05, error if backward else max(0.0, error), 0.0, 0.0))
     said = path_mistakes.found(exercise.load(FOLDER / 'keep_distance.yaml'), seen, ['keeps'])['keeps']
     assert advice in said[0] if advice else said == []
+
+
+def kept(name, what, goal, errors, speed):
+    """Return the advice on velocities that are computed from errors, at ten commands per second."""
+    seen = Observed()
+    for number, error in enumerate(errors):
+        seen.sensed.append(Sensed(0.1 * number, what, goal + error))
+        velocity = speed(error)
+        seen.commands.append(Command(0.1 * number + 0.05, 0.0 if what == 'marker left' else velocity, 0.0,
+                                     velocity if what == 'marker left' else 0.0))
+    return path_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), seen, ['keeps'])['keeps']
+
+
+@pytest.mark.parametrize('name, what, goal, errors, speed, advice', [
+    ('p_controller', 'ahead', 0.5, [0.9 - 0.02 * number for number in range(40)] + [0.1] * 40,
+     lambda error: 0.5 * error if error > 0.11 else 0.0, 'it stands 0.10 m off its goal, 0.5 m'),
+    ('p_controller', 'ahead', 0.5, [0.9 * 0.99 ** number for number in range(100)], lambda error: 0.1 * error,
+     'it is too slow, 0.33 m off its goal at the end'),
+    ('p_controller', 'ahead', 0.5, [0.9 * 0.9 ** number for number in range(100)], lambda error: 0.5 * error, None),
+    ('keep_distance', 'marker ahead', 0.6, [0.5, 0.4, 0.3, 0.2, *[-0.3] * 60], lambda error: error + 0.54,
+     'it never drives backward, although it is too near: linear.x has to be negative then; check the goal'),
+    ('keep_distance', 'marker ahead', 0.6, [0.3, -0.3] * 20 + [-0.4] * 40, lambda error: 3.0 * error, 'it swings'),
+    ('keep_distance', 'marker ahead', 0.6, [0.5, *[-0.3] * 60], lambda error: max(0.0, 15.0 * error),
+     'its velocity is up to 7.5: choose a smaller gain'),
+    ('keep_distance', 'marker ahead', 0.6, [0.01, -0.01] * 40, lambda error: error, None),
+    ('keep_centre', 'marker left', 0.0, [0.5 - 0.02 * number for number in range(60)], lambda error: 0.5, None)])
+def test_what_the_errors_and_velocities_show(name, what, goal, errors, speed, advice):
+    said = kept(name, what, goal, errors, speed)
+    assert said[0].startswith(advice) if advice else not any(
+        word in hint for hint in said for word in ('too slow', 'stands', 'swings', 'check the sign'))
+
+
+@pytest.mark.parametrize('gain, advice', [(0.02, True), (1.0, False)])
+def test_a_robot_that_hardly_steers(gain, advice):
+    seen = Observed(commands=[Command(0.1 * number, 0.2, gain * 0.6, 0.0) for number in range(9)])
+    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    assert any('it hardly steers' in hint for hint in said) == advice
 
 
 def followed(*steps, leader=(), reads=()):

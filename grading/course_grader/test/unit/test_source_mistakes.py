@@ -37,6 +37,8 @@ def found(text):
     ("def show():\n    print(Pose.x)\nshow()\n", '`message = Pose()`'),
     ("def go(q):\n    return TeleportAbsoluteResponse\ngo(1)\n", '`return TeleportAbsoluteResponse()`'),
     ("def go(q):\n    print(q)\nrospy.Service('/a', TeleportAbsolute, go)\n", 'must return a response'),
+    ("while not rospy.is_shutdown():\n    rospy.sleep(1)\npub.publish(1)\n", 'stands after the loop in line 6'),
+    ("euler_from_quaternion([q.w, q.x, q.y, q.z])\n", 'in the order x, y, z, w'),
     ("rospy.spin()\nrospy.Publisher('/turtle1/cmd_vel', Twist).publish(Twist())\n", 'comes too late'),
     ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\n", 'publish(message)'),
     ("pen = rospy.ServiceProxy('/turtle1/set_pen', SetPen)\npen.wait_for_service()\n", 'never called'),
@@ -65,6 +67,8 @@ def test_mistakes(text, advice):
     "if x >= 8:\n    pass\nelif x >= 6:\n    pass\n", "if x < 6:\n    pass\nelif x > 8:\n    pass\n",
     "if x >= 6:\n    pass\nelif y >= 8:\n    pass\n", "if x >= 6:\n    pass\nif x >= 8:\n    pass\n",
     "if read() > 6:\n    pass\nelif read() > 8:\n    pass\n", "if x > a:\n    pass\nelif x > b:\n    pass\n",
+    "p = rospy.Publisher('a', Twist)\nwhile not rospy.is_shutdown():\n    p.publish(1)\np.publish(0)\n",
+    "euler_from_quaternion([q.x, q.y, q.z, q.w])\n",
     "s = SimpleActionServer('a', FibonacciAction, go)\n", "m = Pose()\nm.x\n",
     "s = SimpleActionServer('a', FibonacciAction, go, False)\ns.start()\n"])
 def test_what_may_be_right_is_none(text):

@@ -6,6 +6,7 @@ import pytest
 from course_grader.rules import source_mistakes, suspicions
 
 SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
+PUBLISHER = 'pub = rospy.Publisher("/cmd_vel", Twist)\n'
 LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
 
 
@@ -45,7 +46,29 @@ def found(text, positions=True):
     ("def show(p):\n    rate.sleep()\nrospy.Subscriber('/odom', Odometry, callback=show)\n",
      "def show(p):\n    pass\nrospy.Subscriber('/odom', Odometry, callback=show)\nrate.sleep()\n", 'sleeps in line 2'),
     ('while True:\n    pub.publish(twist)\n', 'while True:\n    pub.publish(twist)\n    rate.sleep()\n',
-     'without a pause')])
+     'without a pause'),
+    (f'{PUBLISHER}pub.publish(Twist())\nrospy.spin()\n', f'{PUBLISHER}rospy.sleep(1)\npub.publish(Twist())\n',
+     'line 2 publishes as soon as the publisher is made'),
+    (f'{PUBLISHER}for side in range(4):\n    pub.publish(side)\n    rospy.sleep(2)\n',
+     f'{PUBLISHER}for step in range(40):\n    pub.publish(step)\n    rospy.sleep(0.1)\n', 'nobody is connected'),
+    (f'{PUBLISHER}pub.publish(1)\n', f'{PUBLISHER}connect(pub)\npub.publish(1)\ndef connect(pub):\n    pass\n',
+     'nobody is connected'),
+    (f'{PUBLISHER}pub.publish(1)\n', f'{PUBLISHER}def show(pose):\n    pub.publish(1)\n', 'nobody is connected'),
+    ('buffer.lookup_transform("a", "b", rospy.Time.now())\n',
+     'buffer.lookup_transform("a", "b", rospy.Time.now(), rospy.Duration(1))\n', 'for this very moment'),
+    ('now = rospy.Time.now()\nlistener.lookupTransform("a", "b", now)\n',
+     'now = rospy.Time.now()\nlistener.waitForTransform("a", "b", now, rospy.Duration(1))\n'
+     'listener.lookupTransform("a", "b", now)\n', 'rospy.Time(0) asks for the latest one'),
+    ('rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle1", "turtle2", rospy.Time())\n',
+     'rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle2", "turtle1", rospy.Time())\n',
+     "comes first, 'turtle2', and then 'turtle1'"),
+    ('goal.pose.orientation.z = 1.57\n', 'goal.pose.orientation.z = 0.7071\n', 'is a part of a quaternion'),
+    ('t.transform.rotation.z = pose.theta\n', 't.transform.rotation.z = math.sin(pose.theta / 2)\n',
+     't.transform.rotation.z in line 1 is a part'),
+    ('go = rospy.ServiceProxy("/a", TeleportAbsolute)\ngo(theta, x, y)\n',
+     'go = rospy.ServiceProxy("/a", TeleportAbsolute)\ngo(x, y, theta)\ngo(2, 3, a)\n', 'in this order: x, y, theta'),
+    ('import turtlesim.msg\na = math.atan2(dy, dx)\n', 'import turtlesim.msg\na = math.atan2(dy, dx)\nb = pose.theta\n',
+     'subtract its own heading')])
 def test_suspicions(wrong, right, advice):
     assert advice in '\n'.join(found(wrong))
     assert found(right) == []

@@ -194,6 +194,22 @@ def test_what_the_solution_does_too_is_no_mistake(solution, advice):
     assert sum('so that it grows' in hint for hint in advised.hints) == advice
 
 
+@pytest.mark.parametrize('source, told', [
+    ("goal.target_pose.header.frame_id = 'base_link'\n", "frame_id = 'map' instead of 'base_link'"),
+    ("goal.target_pose.header.frame_id = 'map'\nturn(math.sin(90 / 2))\n", 'angles are in radians')])
+def test_goals_that_are_written_wrong(source, told):
+    one = exercise.load(FOLDER / 'send_goals.yaml')
+    observed = Observed(source=source)
+    assert told in symptoms.advise(one, observed, scoring.decide(one, observed)).hints[0]
+
+
+@pytest.mark.parametrize('source, told', [
+    ("rospy.logdebug('0.5')\n", True), ("rospy.logdebug('0.5')\nrospy.loginfo('on')\n", False),
+    ("rospy.init_node('a', log_level=rospy.DEBUG)\nrospy.logdebug('0.5')\n", False)])
+def test_messages_that_are_not_printed(source, told):
+    assert any('logdebug are not printed' in hint for hint in hints('publish_circle', source=source)) == told
+
+
 def test_the_wrong_turtle_drives():
     def act(turtle):
         turtle.drive(5.0, 1.0).observed.turtles['turtle2'] = [turtle.observed.track[-1]._replace(x=1.0)]

@@ -269,6 +269,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"name '(\w+)' is not defined(?:\. Did you mean: '([\w.]+)')?", _undefined),
     (r'to have datatype/md5sum \[([\w/]+)/\w+\], but our version has \[([\w/]+)/\w+\]', _types_differ),
     (r'(?i)service.* md5sum|incompatible (?:service )?type|wants service .* to have',
+     lambda _, source: '' if 'ServiceProxy' not in source and re.search(r'\bService\(', source) else
      'the type of a service has to be that which its owner gives it: `rosservice type NAME` prints it'),
     (r"service \[([\w/]+)\] unavailable|timeout exceeded while waiting for service ([\w/]+)",
      lambda match, _: f'there is no service {match[1] or match[2]}: `rosservice list` lists all; check its spelling'),

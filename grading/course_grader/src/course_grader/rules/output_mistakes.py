@@ -25,7 +25,8 @@ def _poses(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     numbers = [numbers for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
     if not numbers:
         return
-    if rules_output.poses_are(observed, ('y', 'x'), wanted.tolerance) > MAJORITY:
+    if (rules_output.poses_are(observed, ('y', 'x'), wanted.tolerance) > MAJORITY
+            > rules_output.poses_are(observed, ('x', 'y'), wanted.tolerance)):  # both, if x and y are nearly equal
         yield 'x and y are swapped: print x first and then y, or say which is which'
     elif len(numbers) <= FEW_LINES < 2 * wanted.lines and observed.exit_code in (None, 0):
         yield f'only {len(numbers)} poses are printed: print in the callback, which is called for every pose'

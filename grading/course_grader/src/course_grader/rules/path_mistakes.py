@@ -23,15 +23,17 @@ TURNING = 0.05  # [rad/s] and
 MOVING = 0.02  # [m/s]: from these values on, a command turns or drives
 STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
 HARDLY = 0.05  # [m/s] or [rad/s]: a follower reacts to an error of 0.3 m or rad by more
+TOO_FAST = 5.0  # [m/s] or [rad/s]: no gain that suits an error of 1 m or rad is so large
 OF_VELOCITY = {'linear.x': 'linear|speed|forward', 'angular.z': 'angular|turn'}  # in the names of parameters
 NUMBER = r'-?\d+(?:\.\d*)?'
 WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG}  # [s] without a command
 WATCHDOGS = 1.5  # watchdog times until the next command, so that the vehicle has stopped in between
 MIN_COMMANDS = 5  # commands that show that the vehicle goes the wrong way
+MAX_TOWARDS = 2  # commands towards a goal that is far off, up to which the sign is wrong, and not the goal
 MIN_ERROR = 0.02  # [m] from the goal; below it, the sign of a velocity means nothing
 SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exercise may know the reason
     'marker left': 'it turns or drives away from the marker: angular.z and linear.y are positive to the left, as y of '
-                   'the marker is, so check the sign',
+                   'the marker is; check the sign, and that they are computed from y',
     **dict.fromkeys(('ahead', 'marker ahead'),
                     'it drives the wrong way: linear.x has to be positive, forward, while the distance is larger than '
                     'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
@@ -111,7 +113,7 @@ def _other_velocity(name: str, value: float, limits: Tuple[float, float], meanin
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
     """Commands that are sent too often or too rarely."""
-    if wanted == ANY or len(observed.commands) < 3:
+    if wanted == ANY or len(observed.commands) < 2:
         return
     rate = 1.0 / max(period([command.t for command in observed.commands]), 1e-6)
     low, high = wanted
@@ -132,18 +134,19 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
 
 
 def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
-    path = observed.drawn(pen_down=True)
-    pens = observed.pens()
+    path, pens = observed.drawn(pen_down=True), observed.pens()
+    sides = fits.SIDES[wanted.shape]
     if pens and pens[-1] and pens[-1][-1] and len(path) < len(observed.drawn()):
         yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
         return
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
         yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
-    elif fits.SIDES[wanted.shape] and exercise.simulator == 'turtlesim' and _at_wall(observed):
-        yield 'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size'
+    elif sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
+        free = list(itertools.takewhile(lambda place: not _touches_wall(*place), path))
+        yield from list(_wrong_turn(wanted.shape, sides, _parts(sides, free))) or [
+            'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size']
     else:
-        sides = fits.SIDES[wanted.shape]
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
         yield from found or _sized(wanted, observed)
 
@@ -174,6 +177,7 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
         return
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
     late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
+    errors = [error for error in errors if not math.isnan(error)]
     nearer = sum(error < -wanted.tolerance for error in late)
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
     two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
@@ -182,16 +186,51 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
     if STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
+    elif max(map(abs, speeds)) > TOO_FAST:
+        yield (f'its velocity is up to {max(map(abs, speeds)):.2g}: choose a smaller gain, by which the error is '
+               'multiplied; distances are in metres')
     elif wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late):
-        yield 'it never drives backward, although it is too near: linear.x has to be negative then'
-    elif sum(a * b < 0.0 for a, b in zip(speeds, speeds[1:])) >= SWINGS and min(late) < 0.0 < max(late):
+        yield ('it never drives backward, although it is too near: linear.x has to be negative then; check the goal '
+               f'of the program, too, which is {wanted.value:g} m')
+    elif _changes(speeds) >= SWINGS and min(errors) < -wanted.tolerance and max(errors) > wanted.tolerance:
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
+    else:
+        yield from _stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):])
+
+
+def _changes(speeds: Sequence[float]) -> int:
+    """Return how often the direction changes, apart from slow motion, which the noise of a sensor turns around."""
+    fast = [speed for speed in speeds if abs(speed) >= HARDLY]
+    return sum(a * b < 0.0 for a, b in zip(fast, fast[1:]))
+
+
+def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequence[float]) -> Iterator[str]:
+    """A goal that is not reached until the end, because the vehicle stands, or is too slow."""
+    nearest = min(errors, key=abs)
+    if abs(nearest) <= wanted.tolerance or min(errors) * max(errors) < 0.0:
+        return
+    if max(map(abs, speeds)) < STANDING:
+        yield (f'it stands {abs(nearest):.2f} m off its goal, {wanted.value:g} m: check the goal of the program, and '
+               'where else it sends zero')
+    elif all(speed * nearest > 0.0 for speed in speeds) and abs(errors[-1]) < abs(errors[0]):
+        yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end: choose a larger gain, by which the '
+               'error is multiplied')
+
+
+def _passed(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A vehicle that hardly steers."""
+    most = max((max(abs(command.linear_y), abs(command.angular_z)) for command in observed.commands), default=0.0)
+    if STANDING < most < 2.0 * HARDLY:
+        yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
+               'difference is multiplied')
 
 
 def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
     """Return whether most velocities increase the error of a quantity."""
-    products = [error * speed for error, speed in _reactions(wanted, observed)]
-    return len(products) >= MIN_COMMANDS and sum(product < 0.0 for product in products) > 0.8 * len(products)
+    reactions = list(_reactions(wanted, observed))
+    towards = sum(error * speed > 0.0 and abs(error) > wanted.tolerance for error, speed in reactions)
+    away = sum(error * speed < 0.0 for error, speed in reactions)
+    return len(reactions) >= MIN_COMMANDS and away > 0.8 * len(reactions) and towards <= MAX_TOWARDS
 
 
 def _goes_one_way(wanted: SimpleNamespace, observed: Observed) -> bool:
@@ -275,33 +314,48 @@ def _leads_away(track: Sequence[Sample], leader: Sequence[Sample]) -> bool:
 def _at_wall(observed: Observed) -> bool:
     """Return whether it was driven against a wall."""
     return bool(observed.commands) and any(
-        min(sample.x, sample.y, turtle_world.ARENA_SIZE - sample.x, turtle_world.ARENA_SIZE - sample.y) <= WALL
-        for sample in observed.track if sample.t >= observed.reset_at())
+        _touches_wall(sample.x, sample.y) for sample in observed.track if sample.t >= observed.reset_at())
+
+
+def _touches_wall(x: float, y: float) -> bool:
+    return min(x, y, turtle_world.ARENA_SIZE - x, turtle_world.ARENA_SIZE - y) <= WALL
 
 
 def _polygon(shape: str, sides: int, path: Sequence[Tuple[float, float]], observed: Observed) -> Iterator[str]:
     if _turns_while_driving(observed.commands):
         yield ('it drives while it turns, so that the corners are round: publish linear.x = 0 together with angular.z')
         return
-    corners = fits.corners(path, STRAIGHT)
-    parts = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(corners, corners[1:])
-             if math.dist(a, b) >= SHORT][-2 * sides:]
-    if len(parts) < 2:
-        return
-    turns = [abs(math.remainder(math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]), math.tau))
-             for a, b in zip(parts, parts[1:])]
-    lengths = [math.hypot(*part) for part in parts]
-    turned = _usual([turn for turn in turns if turn > TURNED_AT_ALL], 2 * TURNED_WELL)
-    right = math.tau / sides
+    corners, parts = fits.corners(path, STRAIGHT), _parts(sides, path)
     if len(corners) > sides and _crosses(corners[-sides - 1:-1]):
         yield ('the corners are visited in the wrong order, so that the sides cross: go around, from neighbour to '
                'neighbour')
-    elif turned is not None and abs(turned - right) > TURNED_WELL and len(turns) >= sides - 1:
+    elif len(parts) >= sides and _turned(parts) is not None:
+        lengths = [math.hypot(*part) for part in parts[-sides:]]
+        wrong = list(_wrong_turn(shape, sides, parts))
+        yield from wrong
+        if not wrong and _two_lengths(lengths):
+            yield (f'its sides are {min(lengths):.1f} m and {max(lengths):.1f} m long: those of a {shape} have the '
+                   'same length')
+
+
+def _parts(sides: int, path: Sequence[Tuple[float, float]]) -> List[Tuple[float, float]]:
+    """Return the straight parts of a path, as vectors, the last of them."""
+    corners = fits.corners(path, STRAIGHT)
+    return [(b[0] - a[0], b[1] - a[1]) for a, b in zip(corners, corners[1:]) if math.dist(a, b) >= SHORT][-2 * sides:]
+
+
+def _turned(parts: Sequence[Tuple[float, float]]) -> Optional[float]:
+    """Return the usual turn between two parts of a path, or None."""
+    turns = [abs(math.remainder(math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]), math.tau))
+             for a, b in zip(parts, parts[1:])]
+    return _usual([turn for turn in turns if turn > TURNED_AT_ALL], 2 * TURNED_WELL)
+
+
+def _wrong_turn(shape: str, sides: int, parts: Sequence[Tuple[float, float]]) -> Iterator[str]:
+    turned, right = _turned(parts), math.tau / sides
+    if turned is not None and abs(turned - right) > TURNED_WELL:
         yield (f'at its corners it turns by {math.degrees(turned):.0f} degrees; a {shape} needs '
                f'{math.degrees(right):.0f} degrees, {right:.2f} rad')
-    elif len(parts) >= sides and turned is not None and _two_lengths(lengths[-sides:]):
-        yield (f'its sides are {min(lengths[-sides:]):.1f} m and {max(lengths[-sides:]):.1f} m long: those of a '
-               f'{shape} have the same length')
 
 
 def _two_lengths(lengths: Sequence[float]) -> bool:
@@ -339,4 +393,4 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
     'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'stops': _stopped,
-    'follows': _followed}
+    'follows': _followed, 'passes': _passed}

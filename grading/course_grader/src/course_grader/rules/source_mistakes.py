@@ -80,6 +80,11 @@ def number(node: ast.AST) -> Optional[float]:
     return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
+def text(node: ast.AST) -> str:
+    """Return the text that is written there, or ''."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ''
+
+
 def functions(one: Program) -> List[Function]:
     return [node for node in one.nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
@@ -230,18 +235,43 @@ def _handler_without_return(one: Program) -> Iterator[str]:
             yield f'the function of a service must return a response: `return {handlers[function.name]}Response()`'
 
 
-def _after_spin(one: Program) -> Iterator[str]:
-    """Work after rospy.spin()."""
+def _too_late(one: Program) -> Iterator[str]:
+    """Work after rospy.spin(), or after a loop that runs as long as the program."""
     for node in one.nodes:
         for block in (getattr(node, 'body', None), getattr(node, 'orelse', None)):
-            if not isinstance(block, list):
+            if not isinstance(block, list) or isinstance(node, ast.ClassDef):
                 continue
-            spins = [number for number, part in enumerate(block) if isinstance(part, ast.Expr)
-                     and isinstance(part.value, ast.Call) and dotted(part.value.func) == 'rospy.spin']
-            after = [inner for part in block[spins[0] + 1:] for inner in ast.walk(part)] if spins else []
-            if spins and any(calls([inner for inner in after], *MAKES)) and not isinstance(node, ast.ClassDef):
-                yield (f'rospy.spin() in line {block[spins[0]].lineno} returns only when the program ends: what stands '
-                       'after it comes too late')
+            for number, part in enumerate(block):
+                after = [inner for later in block[number + 1:] for inner in ast.walk(later)]
+                if _is_spin(part) and any(calls(after, *MAKES)):
+                    yield (f'rospy.spin() in line {part.lineno} returns only when the program ends: what stands after '
+                           'it comes too late')
+                elif _is_endless(part):
+                    late = list(calls(after, 'publish', 'sendTransform'))
+                    if late and len(late) == len(list(calls(one.nodes, 'publish', 'sendTransform'))):
+                        yield (f'line {late[0].lineno} stands after the loop in line {part.lineno}, which ends only '
+                               'with the program: indent it, so that it belongs to the loop')
+
+
+def _is_spin(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call) and dotted(
+        statement.value.func) == 'rospy.spin'
+
+
+def _is_endless(statement: ast.stmt) -> bool:
+    """Return whether a statement is ``while not rospy.is_shutdown()``, without another way out."""
+    return (isinstance(statement, ast.While) and isinstance(statement.test, ast.UnaryOp)
+            and isinstance(statement.test.operand, ast.Call) and last(statement.test.operand.func) == 'is_shutdown'
+            and not any(isinstance(inner, (ast.Break, ast.Return)) for inner in ast.walk(statement)))
+
+
+def _order_of_a_quaternion(one: Program) -> Iterator[str]:
+    """``euler_from_quaternion([q.w, q.x, q.y, q.z])``."""
+    for call in calls(one.nodes, 'euler_from_quaternion'):
+        parts = [last(part) for part in getattr(call.args[0], 'elts', ())] if call.args else []
+        if sorted(parts) == ['w', 'x', 'y', 'z'] and parts[0] != 'x':
+            yield (f'euler_from_quaternion in line {call.lineno} takes a quaternion in the order x, y, z, w: '
+                   'euler_from_quaternion([q.x, q.y, q.z, q.w])')
 
 
 def _no_publish(one: Program) -> Iterator[str]:
@@ -360,7 +390,8 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
-    _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _after_spin, _waits_for_itself)
+    _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _too_late,
+    _order_of_a_quaternion, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:

@@ -6,7 +6,7 @@ import ast
 import re
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
-from course_grader.rules.source_mistakes import Program, callbacks, calls, dotted, functions, last, number
+from course_grader.rules.source_mistakes import Program, callbacks, calls, dotted, functions, last, names, number, text
 
 POSITIONS = 'x', 'y', 'theta'
 ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
@@ -16,6 +16,9 @@ SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write') 
 AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
 ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
 LONG_SLEEP = 0.1  # [s]: longer than the messages of any sensor are apart
+PAUSES = re.compile(r'sleep|wait|connections|spin|input|init_node|Subscriber|Service')  # time for a connection
+FIELDS = {'TeleportAbsolute': ('x', 'y', 'theta'), 'Spawn': ('x', 'y', 'theta', 'name'),
+          'SetPen': ('r', 'g', 'b', 'width', 'off')}
 WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that wrap it to -pi to pi
 
 
@@ -148,6 +151,113 @@ def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
                'name')
 
 
+def _before_it_is_connected(one: Program) -> Iterator[str]:
+    """A message that is sent as soon as its publisher is made, and not repeatedly."""
+    own = {function.name for function in functions(one)}
+    for node in one.nodes:
+        body = getattr(node, 'body', None)
+        block = body if isinstance(body, list) else []
+        for place, made in enumerate(block):
+            if not _makes_a_publisher(made):
+                continue
+            sends = f'{dotted(made.targets[0])}.publish'
+            following = [call for part in block[place + 1:] if not isinstance(part, (ast.FunctionDef, ast.ClassDef))
+                         for call in _in_order(part) if dotted(call.func) == sends or last(call.func) in own
+                         or PAUSES.search(last(call.func))]
+            if following and dotted(following[0].func) == sends and not _is_repeated(one, following[0]):
+                yield (f'line {following[0].lineno} publishes as soon as the publisher is made, when nobody is '
+                       'connected, so that the message is lost: wait until get_num_connections() of the publisher is '
+                       'not 0, or publish again and again in a loop')
+
+
+def _makes_a_publisher(statement: ast.stmt) -> bool:
+    """Return whether a statement gives a name to a Publisher that does not keep its last message."""
+    return (isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Call)
+            and last(statement.value.func) == 'Publisher' and not any(
+                key.arg == 'latch' for key in statement.value.keywords))
+
+
+def _in_order(node: ast.AST) -> List[ast.Call]:
+    return sorted((part for part in ast.walk(node) if isinstance(part, ast.Call)),
+                  key=lambda call: (call.lineno, call.col_offset))
+
+
+def _is_repeated(one: Program, call: ast.Call) -> bool:
+    """Return whether a call is in a loop that makes it more often than once a second."""
+    for loop in one.nodes:
+        if isinstance(loop, (ast.While, ast.For)) and call in ast.walk(loop):
+            pauses = [number(part.args[0]) for part in calls(list(ast.walk(loop)), 'sleep') if part.args]
+            if isinstance(loop, ast.While) or not pauses or None in pauses or min(pauses) < 1.0:
+                return True
+    return False
+
+
+def _looked_up_too_early(one: Program) -> Iterator[str]:
+    """A transform that is looked up for the present time, for which none has arrived."""
+    if any(calls(one.nodes, 'waitForTransform', 'can_transform', 'wait_for_transform_async')):
+        return
+    present = {last(node.targets[0]) for node in one.nodes if isinstance(node, ast.Assign) and _is_now(node.value)}
+    for call in calls(one.nodes, 'lookup_transform', 'lookupTransform'):
+        if len(call.args) == 3 and not call.keywords and (
+                _is_now(call.args[2]) or last(call.args[2]) in present - {''}):
+            yield (f'line {call.lineno} looks a transform up for this very moment, for which none has arrived yet: '
+                   'rospy.Time(0) asks for the latest one')
+
+
+def _swapped_frames(one: Program) -> Iterator[str]:
+    """A way that is looked up in the frame of its goal, instead of that of the turtle that drives."""
+    driven = {name.split('/')[1] for name in names(one) if name.endswith('/cmd_vel')}
+    for call in calls(one.nodes, 'lookup_transform', 'lookupTransform'):
+        target, source = ([text(part).lstrip('/') for part in call.args[:2]] + ['', ''])[:2]
+        if source in driven and target and target not in driven:
+            yield (f'line {call.lineno} looks up where {source} is for {target}: the frame of the turtle that drives '
+                   f'comes first, {source!r}, and then {target!r}')
+
+
+def _is_now(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and dotted(node.func) in ('rospy.Time.now', 'rospy.get_rostime')
+
+
+def _angle_in_a_quaternion(one: Program) -> Iterator[str]:
+    """``orientation.z = theta``."""
+    for node in one.nodes:
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            if isinstance(target, ast.Attribute) and last(target.value) in ('orientation', 'rotation') and (
+                    abs(number(node.value) or 0.0) > 1.0 or ANGLE.fullmatch(last(node.value))
+                    or isinstance(node.value, ast.Call) and last(node.value.func) == 'radians'):
+                yield (f'{dotted(target)} in line {node.lineno} is a part of a quaternion, and no angle: for a '
+                       'heading, z = sin(heading / 2), w = cos(heading / 2)')
+                return
+
+
+def _order_of_values(one: Program) -> Iterator[str]:
+    """Values of a call in another order than the service has them."""
+    kinds = {last(node.targets[0]): last(node.value.args[1]) for node in one.nodes if isinstance(node, ast.Assign)
+             and isinstance(node.value, ast.Call) and last(node.value.func) == 'ServiceProxy'
+             and len(node.value.args) > 1}
+    for call in (node for node in one.nodes if isinstance(node, ast.Call)):
+        kind = kinds.get(last(call.func), '')
+        if any(meant not in ('', right) for meant, right in zip(map(_field, call.args), FIELDS.get(kind, ()))):
+            yield f'{kind} in line {call.lineno} takes its values in this order: {", ".join(FIELDS[kind])}'
+
+
+def _field(node: ast.AST) -> str:
+    """Return the field that the name of a value belongs to, or ''."""
+    return _axis(node) or ('theta' if ANGLE.fullmatch(last(node)) else '')
+
+
+def _own_heading(one: Program) -> Iterator[str]:
+    """A direction to a point that no heading is subtracted from."""
+    if one.read & {'theta', 'orientation', 'lookup_transform', 'lookupTransform'} or not re.search(
+            r'turtlesim\.msg|\bOdometry\b', one.source):
+        return
+    for call in calls(one.nodes, 'atan2', 'arctan2'):
+        if [_axis(argument) for argument in call.args] == ['y', 'x']:
+            yield (f'atan2 in line {call.lineno} is the direction to the point, seen from above: subtract its own '
+                   'heading, theta of the pose, from it')
+            return
+
+
 def sleeps_in_a_callback(one: Program) -> Iterator[str]:
     """A callback that waits, while the next messages queue up behind it."""
     for function in callbacks(one):
@@ -159,15 +269,31 @@ def sleeps_in_a_callback(one: Program) -> Iterator[str]:
                 return
 
 
+def another_frame(one: Program) -> Iterator[str]:
+    """A pose that is in another frame than map, in which those of all tasks of navigation are."""
+    match = re.search(r"""frame_id\s*=\s*['"](?!/?map['"])([^'"]*)""", one.source)
+    if match:
+        yield f"the poses of the task are in the frame map: write frame_id = 'map' instead of {match[1]!r}"
+
+
+def only_debugs(one: Program) -> Iterator[str]:
+    """Messages of the level debug, which are not printed, and no others."""
+    shown = any(SHOWS.fullmatch(name) and name != 'logdebug' for name in one.read)
+    if 'logdebug' in one.read and not shown and 'log_level' not in one.source:
+        yield 'messages of rospy.logdebug are not printed: use rospy.loginfo, or init_node(..., log_level=rospy.DEBUG)'
+
+
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
-    _grows, _rounds_down, _in_degrees, _swapped_atan2, _part_of_a_quaternion, _another_topic_of_a_bag, _read_once,
-    sleeps_in_a_callback, _no_pause)
+    _grows, _rounds_down, _in_degrees, _swapped_atan2, _part_of_a_quaternion, _angle_in_a_quaternion,
+    _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
+    _before_it_is_connected, sleeps_in_a_callback, _no_pause)
 
 
 def found(one: Program, positions: bool) -> List[str]:
     """Return advice, the most likely causes first; ``positions``: whether a position is required."""
     return [*(_of_positions(one) if positions else ()), *(hint for kind in KINDS for hint in kind(one)),
-            *(_unwrapped(one) if positions else ())]
+            *(hint for kind in (_own_heading, _unwrapped) if positions
+                                                                   for hint in kind(one))]
 
 
 def _of_positions(one: Program) -> Iterator[str]:

@@ -32,6 +32,7 @@ SHORTCUT_HINTS = {  # kind of a shortcut: advice
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
 MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats', 'same_path')  # and of how it moves
+SOUGHT = (*MOTION, 'navigates', 'localises', 'steers')  # checks that suspicions of the source explain
 PRINTED = 'prints_poses', 'prints_markers', 'prints_no_marker', 'transform'  # checks of what callbacks do
 CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
 EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
@@ -165,14 +166,17 @@ def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], l
     """
     if program is None:
         return
-    if not any(check in lost for check in MOTION):
-        if any(check in lost for check in PRINTED):
-            yield from suspicions.sleeps_in_a_callback(program)
-        return
-    positions = any(check in lost for check in POSITIONS)
-    solution = source_mistakes.program(exercise.solution)
-    usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
-    yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
+    if any(check in lost for check in ('navigates', 'localises')):
+        yield from suspicions.another_frame(program)
+    if any(check in lost for check in SOUGHT):
+        positions = any(check in lost for check in (*POSITIONS, 'navigates'))
+        solution = source_mistakes.program(exercise.solution)
+        usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
+        yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
+    elif any(check in lost for check in PRINTED):
+        yield from suspicions.sleeps_in_a_callback(program)
+    if 'prints' in lost:
+        yield from suspicions.only_debugs(program)
 
 
 def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
