@@ -39,7 +39,8 @@ def commands(options):
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
     # slow ones by size, then the others: shares them well; without xdist, which takes 3 ms for each of 9,000 tests
     tests = sorted((path for path in files(options.names) if kinds.kind_of(path) == 'unit'
-                    and not (options.fast and kinds.is_slow(path))), key=lambda path: (kinds.is_slow(path), path.stat().st_size))
+                    and not (options.fast and kinds.is_slow(path))),
+                   key=lambda path: (kinds.is_slow(path), path.stat().st_size))
     count = os.cpu_count() + (not options.fast)
     shares = [tests[number::count] for number in range(count)]
     runs = {'checks': pytest(options, 'checks', ['check'], kinds.CASES / 'test_check.py'),

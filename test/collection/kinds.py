@@ -20,7 +20,7 @@ SLOW = (  # unit tests that take seconds of processor time or of waiting: --fast
     'test_light.py', 'test_limits.py', 'test_live.py', 'test_malformed_files.py', 'test_many_markers.py',
     'test_mapper.py', 'test_marker_classes.py', 'test_marker_photo.py', 'test_marker_sequence.py', 'test_native.py',
     'test_nodes.py', 'test_notebooks.py', 'test_own_master.py', 'test_plain_codes.py', 'test_plain_import.py',
-    'test_random_stimuli.py', 'test_remote.py', 'test_rendered_markers.py', 'test_renderer.py',
+    'test_random_stimuli.py', 'test_remote.py', 'test_rendered_markers.py', 'test_renderer.py', 'test_response.py',
     'test_robot_world.py', 'test_root_package.py', 'test_rospy_repair.py', 'test_run_build.py', 'test_run_help.py',
     'test_run_link.py', 'test_run_shell.py', 'test_sandbox.py', 'test_sanitized.py', 'test_sensitivity.py',
     'test_sheet.py', 'test_static_analysis.py', 'test_student_copy.py', 'test_suite_programs.py', 'test_tracker.py',

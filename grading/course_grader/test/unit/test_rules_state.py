@@ -14,7 +14,8 @@ from course_grader.rules.observation import Command, Event, Goal, Observed, Samp
 from rospy_support.rospy_internals.topics import HOLDER
 from unit_support.graded_turtle import GradedTurtle
 
-NO_LINK = types.SimpleNamespace(watch=lambda *_: pytest.fail('watched'))  # no turtle is asked for
+NO_LINK = types.SimpleNamespace(watch=lambda *_: pytest.fail('watched'),  # no turtle is asked for
+                                follow=lambda: None)
 
 
 def judged(observed, **check):

@@ -131,7 +131,7 @@ def test_idle_connections_cost_no_thread_and_keep_nobody_out(listening):
         listening.connect()
     listening.connect(struct.pack('<I', 2) + b'ok')
     assert listening.block() == b'ok'
-    assert threading.active_count() == threads
+    assert threading.active_count() <= threads  # those of other tests may end
 
 
 def test_a_slow_peer_is_dropped_at_its_deadline(listening):

@@ -187,7 +187,7 @@ def _is_repeated(one: Program, call: ast.Call) -> bool:
     for loop in one.nodes:
         if isinstance(loop, (ast.While, ast.For)) and call in ast.walk(loop):
             pauses = [number(part.args[0]) for part in calls(list(ast.walk(loop)), 'sleep') if part.args]
-            if isinstance(loop, ast.While) or not pauses or None in pauses or min(pauses) < 1.0:
+            if isinstance(loop, ast.While) or not pauses or any(pause is None or pause < 1.0 for pause in pauses):
                 return True
     return False
 
@@ -221,7 +221,9 @@ def _is_now(node: ast.AST) -> bool:
 def _angle_in_a_quaternion(one: Program) -> Iterator[str]:
     """``orientation.z = theta``."""
     for node in one.nodes:
-        for target in node.targets if isinstance(node, ast.Assign) else ():
+        if not isinstance(node, ast.Assign):
+            continue
+        for target in node.targets:
             if isinstance(target, ast.Attribute) and last(target.value) in ('orientation', 'rotation') and (
                     abs(number(node.value) or 0.0) > 1.0 or ANGLE.fullmatch(last(node.value))
                     or isinstance(node.value, ast.Call) and last(node.value.func) == 'radians'):
