@@ -1,7 +1,9 @@
 """course_grader.supervision.warm_start: processes that are forked from one that has imported a module."""
 import concurrent.futures
+import importlib
 import os
 import signal
+import sys
 
 import pytest
 
@@ -51,6 +53,26 @@ def test_the_server_prepares_for_each_request_and_keeps_it():
             _, receiver = warm.start(expected[-1])
             with receiver:
                 assert receiver.poll(DEADLINE) and receiver.recv() == expected
+    finally:
+        warm.close()
+
+
+def test_a_new_server_finds_messages_that_were_imported_before(tmp_path, monkeypatch):
+    """A package in the devel space of catkin puts the folder of its source first, which has no messages."""
+    devel, source = tmp_path / 'devel', tmp_path / 'source'
+    for folder in devel, source:
+        (folder / 'a_package').mkdir(parents=True)
+        (folder / 'a_package' / '__init__.py').touch()
+    (devel / 'a_package' / '__init__.py').write_text(f'import sys\nsys.path.insert(0, {str(source)!r})\n')
+    (devel / 'a_package' / 'msg.py').write_text('from json import dumps\n')
+    monkeypatch.syspath_prepend(str(devel))
+    monkeypatch.setenv('PYTHONPATH', str(devel), prepend=os.pathsep)
+    monkeypatch.delitem(sys.modules, 'a_package', raising=False)
+    importlib.import_module('a_package.msg')
+    warm = WarmStart('a_package.msg', work)
+    try:
+        warm._identity.kill()
+        assert result(warm, 'next') == 'next'
     finally:
         warm.close()
 

@@ -92,6 +92,9 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
     for number in processes.END_SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     del sys.argv[1:]  # otherwise rospy would apply remappings of a graded command
+    # A package of a catkin workspace, once imported, puts its source folder first, where its messages are not.
+    first = os.environ.get('PYTHONPATH', '').split(os.pathsep)
+    sys.path[:] = [*first, *(path for path in sys.path if path not in first)]
     imported = importlib.import_module(module)
     prepare, known = getattr(imported, 'prepare', lambda argument: None), 0
     with contextlib.suppress(EOFError):
