@@ -209,7 +209,7 @@ FIGURES = (
     *(Figure(f'grading {exercise}', exercise, 's', median, Target('at_most', 6.0)) for exercise in EXERCISES),
     Figure('grading, median of the exercises', 'alone', 's', median, Target('at_most', 3.0)),
     Figure('grading, longest', 'alone', 's', max, Target('at_most', 6.0)),
-    Figure(f'class of all exercises, {CLASS_JOBS} at once, per grading', 'class', 's', median, Target('at_most', 2.5)),
+    Figure(f'class of all exercises, {CLASS_JOBS} at once, per grading', 'class', 's', median, Target('at_most', 1.5)),
     Figure('one run with many, per grading', 'many', 's', median, Target('at_most', 2.5)),
     Figure('memory of a run, at its end more than at its beginning', 'memory', 'MB', max, Target('at_most', 5.0)),
     Figure('files and processes that a run leaves', 'left', '', max, Target('at_most', 0.0)),
