@@ -54,6 +54,12 @@ def test_a_step_is_over_when_it_is_answered_and_sets_the_time(simulator):
     assert (simulator.link.late, simulator.link.busy) == (3, '/slow')
 
 
+def test_time_is_told_in_every_step_as_long_as_somebody_wants_it(simulator):
+    for wanted, told in (True, True), (True, True), (False, True), (False, False):
+        simulator.link.follow(wanted)
+        assert simulator.received() == {'follow': told}
+
+
 def test_poses_go_to_those_who_watch_the_vehicle(simulator):
     seen = []
     simulator.link.watch('turtle2', lambda steps, pose: seen.append((steps, pose)))

@@ -29,6 +29,7 @@ class SimulatorLink:
         self._made = 0  # calls of ``step`` that are answered
         self._closed = False
         self._listeners, self._watched, self._reacts = {}, {}, False  # by vehicle; every how many steps
+        self._followers = 0  # that want to know the time in every step
         self._moves = {}  # {panel: what to call once it is moved}
         self.ready = False  # whether the first step may be made
         self.late, self.busy = 0, ''  # of ClockStatus: steps that did not wait for the nodes, and whose fault it was
@@ -50,9 +51,14 @@ class SimulatorLink:
             if self._closed:
                 raise ConnectionError('the simulator has ended')
 
-    def follow(self):
-        """Know the time in every step from now on, not only after each ``step``. Raise OSError if it has ended."""
-        self._send(follow=True)
+    def follow(self, wanted=True):
+        """Know the time in every step from now on, not only after each ``step``; ``wanted`` False: no longer.
+
+        As long as several callers want it, it is known. Raise OSError if the simulator has ended.
+        """
+        with self._changed:
+            self._followers += 1 if wanted else -1
+            self._send(follow=self._followers > 0)
 
     def resume(self):
         """Let time continue. Raise OSError if the simulator has ended."""

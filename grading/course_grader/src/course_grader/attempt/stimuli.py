@@ -33,6 +33,7 @@ GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until
 FEEDBACK_TIME = 1.0  # [s] after a result for feedback that it has overtaken: ROS orders no messages of two topics
 LONG_ORDER = 40  # of the goal that is cancelled
 POLL = 0.05  # [s]
+OF_STEPS = {'distances', 'tracker'}  # stimuli that are told the time with each pose
 HELD, HELD_AT = 1, (0.8, 0.0, 0.1)  # the marker that is turned: its id, and its position [m]
 ROBOT = 'robotont'  # the vehicle of the simulator
 DISTANCES_EVERY, MARKERS_EVERY = 12, 16  # steps of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
@@ -53,7 +54,7 @@ class Stimuli:
 
     def start(self):
         """Start all of them."""
-        if self._threads:
+        if any(thread.name not in OF_STEPS for thread in self._threads):
             self._link.follow()
         for thread in self._threads:
             thread.start()
@@ -175,7 +176,7 @@ class Stimuli:
             self._observed.shown.append(ShownMarkers(self._now() + self._observed.start, markers))
             for number in range(repeats):
                 if number < repeats - 1 or repeats == 1:  # not the last one: a line may come a little later
-                    publisher.publish(_message(markers))
+                    publisher.publish(_message(markers, rospy.Time.now()))
                 rate.sleep()
 
     def _turns(self, values, poses):
@@ -186,7 +187,7 @@ class Stimuli:
         for pose in poses:
             for what, angle in zip(ANGLES, pose or (math.nan,) * len(ANGLES)):
                 self._observed.sensed.append(Sensed(self._now() + self._observed.start, what, angle))
-            message = _message({} if pose is None else {HELD: HELD_AT})
+            message = _message({} if pose is None else {HELD: HELD_AT}, rospy.Time.now())
             for marker in message.markers:
                 marker.pose.pose.orientation = rotations.to_quaternion(*pose)
             for _ in range(round(random_stimuli.LEG * TRACKER_RATE)):
@@ -196,7 +197,9 @@ class Stimuli:
 
     def _distances(self, values, _):
         from course_grader.rules import robot_sensors  # the original robotont_gazebo does not have these modules
+        self._link.follow()
         kind = self._type_of(values['topic'], values['for'])
+        self._link.follow(False)
         message_class = roslib.message.get_message_class(kind)
         publisher = rospy.Publisher(values['topic'], message_class, queue_size=10)
         sensor = robot_sensors.DistanceSensor(self._plan())
@@ -226,7 +229,7 @@ class Stimuli:
             for x, y, _ in robot_sensors.markers(plan, seconds, pose).values():
                 self._note(stamp, 'marker ahead', x)
                 self._note(stamp, 'marker left', y)
-            publisher.publish(_message(camera.seen(seconds, pose)))
+            publisher.publish(_message(camera.seen(seconds, pose), stamp))
         self._sense(values, MARKERS_EVERY, publish)
 
     def _plan(self):
@@ -236,9 +239,16 @@ class Stimuli:
         self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))
 
     def _sense(self, values, every, publish):
-        """Call ``publish(stamp, Pose2D)`` in every ``every``-th step of the robot, until the stimulus is over."""
-        self._link.watch(ROBOT, lambda steps, pose: publish(self._link.time_after(steps), Pose2D(*pose)), every, True)
-        rospy.sleep(max(0.0, values['for'] - self._now()))
+        """Call ``publish(stamp, Pose2D)`` in every ``every``-th step of the robot; return when the stimulus is over."""
+        over = threading.Event()
+
+        def at_step(steps, pose):
+            stamp = self._link.time_after(steps)
+            publish(stamp, Pose2D(*pose))
+            if stamp.to_sec() - self._zero >= values['for']:
+                over.set()
+        self._link.watch(ROBOT, at_step, every, True)
+        over.wait()
 
 
 def _split_message(message_class, names, stamp, sectors):
@@ -253,10 +263,10 @@ def _split_message(message_class, names, stamp, sectors):
     return message
 
 
-def _message(markers):
+def _message(markers, stamp):
     """Return AlvarMarkers of {id: (x, y, z)}."""
     message = AlvarMarkers()
-    message.header.stamp, message.header.frame_id = rospy.Time.now(), 'camera_link'
+    message.header.stamp, message.header.frame_id = stamp, 'camera_link'
     for marker, position in markers.items():
         entry = AlvarMarker(id=marker, confidence=100)
         entry.header = entry.pose.header = message.header
