@@ -30,7 +30,7 @@ SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
 TROUBLE = re.compile(r'^Traceback \(most|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
                      re.MULTILINE)
 SILENCE = 200.0  # [s] without a new line, on a loaded machine, after which the output of a program is complete
-PRINTING = 300.0  # [s] after which a program that prints forever has printed enough
+PRINTING = 600.0  # [s] after which a program that prints forever has printed enough
 LOOKING = 60.0  # [s] for repeated commands to print the lines on the page
 CLOSING = 30.0  # [s] in which all programs end by Ctrl-C
 KEY_PAUSE = 0.3  # [s] between two keys, as fingers need

@@ -17,12 +17,15 @@ from alvar_core.detection.prepared_image import PreparedImage
 def corners_seen(light: Image | Floats, corners: Floats, reaches: Sequence[int]) -> Floats | None:
     """Return the exact corners (4, 2) [real px] of a dark quadrilateral near approximate ``corners``.
 
-    Each is measured alone, within each of ``reaches`` [px] in turn. Return None if one of them is not found.
+    Each is measured alone, within each of ``reaches`` [px] in turn. Return None if one of them is not found, or lies
+    outside of the image.
     """
     found: Floats = np.asarray(corners, np.float32).reshape(-1, 1, 2)
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
     for reach in reaches:
         before = found.copy()
+        if not ((found >= 0) & (found <= np.subtract(light.shape[::-1], 1))).all():
+            return None
         cv2.cornerSubPix(light, found, (reach, reach), (-1, -1), until)  # in place
         if (found == before).all(2).any():  # cornerSubPix leaves a corner that it does not find
             return None

@@ -38,6 +38,13 @@ def test_the_corners_are_where_they_are_seen_and_the_pose_is_doubtful(at):
     assert found.doubtful and 'K and D of camera_info' in found.reason
 
 
+@pytest.mark.parametrize('x', [60, 64, 68])
+def test_a_corner_that_may_lie_outside_of_the_image_does_not_end_the_search(x):
+    image, _ = photo((x, 240))
+    found, = Detector(marker_classes.SIZE, gamma=1.0).detect(image, PINHOLE)
+    assert found.id == 11 and found.doubtful
+
+
 def test_its_own_lens_is_not_doubted():
     image, corners = photo((150, 120))
     found, = Detector(marker_classes.SIZE, gamma=1.0).detect(image, WIDE)
