@@ -194,7 +194,8 @@ class Reader:
 
 
 def _without_numbers(line):
-    return page.NUMBER.sub('', line.rstrip())
+    """Return a line of a terminal without its numbers, and without the ^C that a terminal shows for Ctrl-C."""
+    return page.NUMBER.sub('', line.rstrip()).replace('^C', '')
 
 
 def follow(path, workspace, folder, in_browser):
