@@ -76,11 +76,14 @@ class Desk:
 
 
 class Reader:
-    """A reader who follows a page in ``folder`` at a Desk, in a ``home``; ``terminals`` {number: Terminal}."""
+    """A reader who follows a page in ``folder`` at a Desk, in a ``home``; ``terminals`` {number: Terminal}.
 
-    def __init__(self, folder, home, desk):
+    ``shown``: the lines of all output on the page, without their numbers.
+    """
+
+    def __init__(self, folder, home, desk, shown):
         self.terminals, self._folder, self._commands, self._last = {}, folder, {}, None
-        self._home, self._desk = home, desk
+        self._home, self._desk, self._shown = home, desk, shown
         self._ways = {page.Command: self._type, page.Keys: self._press, page.Output: self._expect,
                       page.File: self._write, page.Picture: self._compare}
 
@@ -93,10 +96,11 @@ class Reader:
 
     def _trouble(self):
         """Return the errors in the terminals that the page does not mention."""
-        found = [(number, terminal.transcript, TROUBLE.search(terminal.transcript))
-                 for number, terminal in self.terminals.items()]
-        return [f'terminal {number} shows trouble:\n{text[match.start():][:1000]}'
-                for number, text, match in found if match]
+        found = [(number, terminal.transcript.split('\n')) for number, terminal in self.terminals.items()]
+        troubles = [(number, '\n'.join(lines[place:])[:1000]) for number, lines in found
+                    for place, line in enumerate(lines) if TROUBLE.search(line)
+                    and _without_numbers(line) not in self._shown]
+        return [f'terminal {number} shows trouble:\n{text}' for number, text in troubles]
 
     def _terminal(self, number):
         """Return the terminal with a number, opened if it is a new one."""
@@ -189,6 +193,11 @@ class Reader:
         return wrong + self._trouble()
 
 
+def _without_numbers(line):
+    """Return a line of a terminal without its numbers, and without the ^C that a terminal shows for Ctrl-C."""
+    return page.NUMBER.sub('', line.rstrip()).replace('^C', '')
+
+
 def follow(path, workspace, folder, in_browser):
     """Follow the page ``path``; return the differences from it."""
     home = Path(tempfile.mkdtemp(prefix='page_'))
@@ -199,9 +208,11 @@ def follow(path, workspace, folder, in_browser):
         desk = Lab(REPOSITORY, home, environment, folder)
     else:
         desk = Desk(environment)
-    reader, wrong = Reader(path.parent, home, desk), []
+    actions = list(page.actions(path.read_text(encoding='utf-8')))
+    shown = {_without_numbers(line) for action in actions if isinstance(action, page.Output) for line in action.lines}
+    reader, wrong = Reader(path.parent, home, desk, shown), []
     try:
-        for action in page.actions(path.read_text(encoding='utf-8')):
+        for action in actions:
             print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
             reader.do(action)
         wrong += [f'the page of the browser was not looked at: {what}' for what in desk.unseen()]

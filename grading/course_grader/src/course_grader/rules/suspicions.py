@@ -294,8 +294,7 @@ KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
 def found(one: Program, positions: bool) -> List[str]:
     """Return advice, the most likely causes first; ``positions``: whether a position is required."""
     return [*(_of_positions(one) if positions else ()), *(hint for kind in KINDS for hint in kind(one)),
-            *(hint for kind in (_own_heading, _unwrapped) if positions
-                                                                   for hint in kind(one))]
+            *(hint for kind in (_own_heading, _unwrapped) for hint in kind(one) if positions)]
 
 
 def _of_positions(one: Program) -> Iterator[str]:
