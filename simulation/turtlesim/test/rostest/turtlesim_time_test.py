@@ -103,8 +103,8 @@ class TimeTest(SimulatorCase):
         self.assertTrue(rospy.get_param('/use_sim_time'))
         clock, node = self.clock(), self.run_node(DRIVE, '_rate:=1')
         node.wait_for_output('Publish turtle velocity')
-        until(lambda: len(clock.times) > STEPS and clock.times[-1] - clock.times[-STEPS] < 3.0,
-              'twenty simulated seconds that took two, and a busy machine\'s delays')
+        until(lambda: len(clock.times) > STEPS and clock.times[-1] - clock.times[-STEPS] < 10.0,
+              'twenty simulated seconds that took two, or on a busy machine at least less than ten')
         passed = (self.times(clock)[-1] - self.times(clock)[0]) / 1e9
         self.assertLess(passed, 10.0 * CATCHING_UP * (time.monotonic() - clock.times[0]))
         stamps = [float(stamp) for stamp in re.findall(r', (\d+\.\d+)\]: Publish', node.output())]
