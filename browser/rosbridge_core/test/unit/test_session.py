@@ -276,13 +276,18 @@ async def test_small_messages_pass_a_client_that_is_busy_with_a_large_one(client
     assert [frame['topic'] for frame in client.got()] == ['/pose', '/image']
 
 
-@with_client(slow=5.0)
-async def test_client_that_reads_nothing_is_cut_loose(client):
+async def stop_reading(client):
+    """Let a client read nothing of a topic that it has subscribed to; return the time [s]."""
     await client.send({'op': 'subscribe', 'topic': '/p'})
     client.reading = False
     for _ in range(10000):
         client.session.deliver(message(size=1000))
-    now = asyncio.get_running_loop().time()  # CLOCK_MONOTONIC, as the session's
+    return asyncio.get_running_loop().time()  # CLOCK_MONOTONIC, as the session's
+
+
+@with_client(slow=5.0)
+async def test_client_that_reads_nothing_is_cut_loose(client):
+    now = await stop_reading(client)
     client.session.check(now + 4.0)
     assert client.closed == [] and len(client.frames) == 1
     client.session.check(now + 6.0)
@@ -291,11 +296,7 @@ async def test_client_that_reads_nothing_is_cut_loose(client):
 
 @with_client(slow=5.0)
 async def test_client_is_not_slow_while_this_server_is_stalled(client):
-    await client.send({'op': 'subscribe', 'topic': '/p'})
-    client.reading = False
-    for _ in range(10000):
-        client.session.deliver(message(size=1000))
-    now = asyncio.get_running_loop().time()
+    now = await stop_reading(client)
     client.session.check(now + 6.0, stalled=5.9)
     assert client.closed == []
     client.session.check(now + 11.0)
