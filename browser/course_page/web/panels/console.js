@@ -170,7 +170,7 @@ function title(name) {
 }
 
 // Return a ROS time as the time of day, or as seconds if it is simulated.
-export function timeText({secs, nsecs}) {
+function timeText({secs, nsecs}) {
   if (secs < 1e8) return `${(secs + nsecs * 1e-9).toFixed(3)} s`;
   const date = new Date(secs * 1000);
   return `${date.toTimeString().slice(0, 8)}.${String(Math.floor(nsecs / 1e6)).padStart(3, '0')}`;

@@ -111,8 +111,3 @@ class Outbox:
         if self._answers:
             return -math.inf
         return min((lane.due for lane in self._lanes.values() if lane.waiting), default=None)
-
-    @property
-    def waiting_bytes(self) -> int:
-        """[B] in memory."""
-        return self._answers_size + sum(lane.size for lane in self._lanes.values())

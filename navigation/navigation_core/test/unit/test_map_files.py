@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from navigation_core.maps.grid_map import GridMap
-from navigation_core.maps.map_files import MapError, image_size, read_map, saved
+from navigation_core.maps.map_files import MapError, image_size, read_description, read_image, saved
 from navigation_core.poses import Pose
 
 GRID = GridMap(np.array([[0, 100, -1], [25, 65, 26]]), 0.05, Pose(-1.5, 2.25, 0.5))
@@ -17,6 +17,10 @@ occupied_thresh: 0.65
 free_thresh: 0.196
 
 '''
+
+
+def read_map(path):
+    return read_image(read_description(path))
 
 
 def written(folder, pixels, name='map.png', **changes):

@@ -13,7 +13,7 @@ export function isDebugNode(name) {
   return DEBUG_NODES.test(name);
 }
 
-export function isDebugTopic(name) {
+function isDebugTopic(name) {
   return DEBUG_TOPICS.test(name);
 }
 

@@ -7,7 +7,7 @@ const SIZES = {bool: 1, byte: 1, char: 1, int8: 1, uint8: 1, int16: 2, uint16: 2
                int64: 8, uint64: 8, float64: 8, time: 8, duration: 8};
 const LENGTH = 4; // bytes before a text or an array
 export const FLOATS = new Set(['float32', 'float64']);
-export const BYTES = new Set(['uint8', 'char']);
+const BYTES = new Set(['uint8', 'char']);
 
 // Return a text in one line: invisible characters are written out, and it is cut off at `longest` characters.
 // With `lines`, it keeps its line feeds.
@@ -46,7 +46,7 @@ export function elements(value, type) {
   return [];
 }
 
-export function fromBase64(text) {
+function fromBase64(text) {
   try {
     const binary = atob(text);
     const bytes = new Uint8Array(binary.length);
@@ -58,7 +58,7 @@ export function fromBase64(text) {
 }
 
 // Return how many elements an array field has, without decoding it.
-export function lengthOf(value) {
+function lengthOf(value) {
   if (typeof value === 'string') return Math.floor(value.length * 3 / 4) - (value.match(/=*$/)[0].length);
   return isArray(value) ? value.length : 0;
 }

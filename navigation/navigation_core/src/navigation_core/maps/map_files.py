@@ -38,11 +38,6 @@ class Description(NamedTuple):
     mode: str
 
 
-def read_map(path: str) -> GridMap:
-    """Return the map of a YAML file; raise MapError."""
-    return read_image(read_description(path))
-
-
 def read_description(path: str) -> Description:
     """Return the Description in a YAML file; its image is relative to the file's folder. Raise MapError."""
     try:

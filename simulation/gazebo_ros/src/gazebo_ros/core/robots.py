@@ -6,7 +6,7 @@ origin of the model if it drives in any direction. Sensors stand in the frame of
 """
 import math
 import os
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -42,7 +42,6 @@ class Drive(NamedTuple):
     publishes_transform: bool = True
     publishes_odometry: bool = True
     publishes_wheels: bool = False  # as joint_states
-    publishes_wheel_frames: bool = False
 
 
 class Place(NamedTuple):
@@ -215,8 +214,7 @@ class _Reader:
             from_encoders=source in ('encoder', '0'),
             publishes_transform=_flag(plugin, 'publishTf', True) and _flag(plugin, 'publishOdomTF', True),
             publishes_odometry=_flag(plugin, 'publishTf', True),
-            publishes_wheels=_flag(plugin, 'publishWheelJointState', False),
-            publishes_wheel_frames=_flag(plugin, 'publishWheelTF', False)))
+            publishes_wheels=_flag(plugin, 'publishWheelJointState', False)))
 
     def read_planar_move(self, plugin: Element, _link: Optional[Element], _sensor: Optional[Element]) -> None:
         timeout = self._number(plugin, 'cmdTimeout', -1.0, -math.inf, 3600.0)
@@ -425,8 +423,3 @@ def _text(element: Element, tag: str, default: str) -> str:
 def _flag(element: Element, tag: str, default: bool) -> bool:
     text = _text(element, tag, '').lower()
     return default if text not in ('true', 'false', '1', '0') else text in ('true', '1')
-
-
-def joint_names(model: Element, kinds: Sequence[str] = ('revolute', 'continuous', 'prismatic')) -> Tuple[str, ...]:
-    """Return the names of the movable joints of a model."""
-    return tuple(joint.get('name') or '' for joint in model.findall('joint') if joint.get('type') in kinds)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from alvar_core import native
-from alvar_core.arrays import Bools, Floats
+from alvar_core.arrays import Floats
 from alvar_core.camera import Camera
 from alvar_core.detection.light import LINEAR, Light
 from alvar_core.detection.pyramid import Pyramid
@@ -22,17 +22,6 @@ class EdgeRefiner:
 
     def __init__(self, cells: int) -> None:
         self._cells = cells
-
-    def refine(self, pyramid: Pyramid, camera: Camera, h: Floats, sigma: Floats,
-               light: Light = LINEAR) -> tuple[Floats, Floats, Bools]:
-        """Return (corners, covariance, good) of markers at ``h`` (M, 3, 3); ``sigma`` (M,) [px] is the image's blur.
-
-        ``corners`` (M, 4, 2) [ideal px], their ``covariance`` (M, 8, 8) [px^2], ``good`` (M,): all sides are visible.
-        """
-        found: tuple[Floats, Floats, Bools] = native.steps.refine_edges(
-            grey=pyramid.full, lens=camera.lens, h=h, half=self._cells / 2, sigma=sigma, light=light.steps,
-            limit=native.limit)
-        return found
 
     def bow(self, pyramid: Pyramid, camera: Camera, corners: Floats, light: Light = LINEAR) -> Floats:
         """Return the height [px] of the second largest bow of a side, (M,), by corners (M, 4, 2) [ideal px].

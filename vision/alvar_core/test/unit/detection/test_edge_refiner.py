@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 
-from alvar_core import rotations
+from alvar_core import native, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import homography
 from alvar_core.detection.detector import Detector
-from alvar_core.detection.edge_refiner import EdgeRefiner
+from alvar_core.detection.light import LINEAR
 from alvar_core.detection.pyramid import Pyramid
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
@@ -54,12 +54,17 @@ def seen_near(covered):
     return Pyramid(picture), camera, placed.corners
 
 
+def refined(pyramid, camera, h, blur):
+    return native.steps.refine_edges(grey=pyramid.full, lens=camera.lens, h=h, half=4.5, sigma=np.array([blur]),
+                                     light=LINEAR.steps, limit=native.limit)
+
+
 @pytest.mark.parametrize('covered, seen', [(0.0, True), (0.25, True), (0.8, False)])
 def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covered, seen):
     pyramid, camera, right = seen_near(covered)
     start = right[None] + np.random.default_rng(4).uniform(-1.5, 1.5, (1, 4, 2))
     h = homography.from_square(start, 4.5)
-    corners, covariance, good = EdgeRefiner(9).refine(pyramid, camera, h, np.array([1.0]))
+    corners, covariance, good = refined(pyramid, camera, h, 1.0)
     assert good.tolist() == [seen]
     assert (np.linalg.eigvalsh(covariance[0]) > 0).all()
     if seen:
@@ -73,7 +78,7 @@ def test_covariance_is_as_large_as_the_errors_are():
         placed = near(rng, camera, 80, 20)
         picture = image_of(rng, camera, [placed], Scene(noise=4.0, blur=0.8))
         h = homography.from_square(placed.corners[None], 4.5)
-        corners, covariance, _ = EdgeRefiner(9).refine(Pyramid(picture), camera, h, np.array([0.9]))
+        corners, covariance, _ = refined(Pyramid(picture), camera, h, 0.9)
         error = (corners - placed.corners).reshape(8)
         chi2.append(error @ np.linalg.solve(covariance[0], error) / 8)
     assert 0.3 < np.median(chi2) < 3.0
