@@ -43,13 +43,6 @@ class DrawShapeTest(CourseCase):
         gap = math.hypot(track[-1].x - corners[-1][0], track[-1].y - corners[-1][1])
         self.assertAlmostEqual(gap, answer.closing_error, delta=MEASURED_TOLERANCE)
 
-    def test_draw_shape_square(self):
-        """A square by service."""
-        poses = self.poses()
-        answer = self.draw('square', 1.0, speed=4.0)
-        end = MIDDLE + 1.0
-        self.assert_drawn(answer, poses.messages, [(end, MIDDLE), (end, end), (MIDDLE, end), (MIDDLE, MIDDLE)])
-
     def test_draw_shape_circle(self):
         """corner_error is how far the line is off the circle."""
         poses = self.poses()

@@ -8,7 +8,7 @@ import rosservice
 from rosgraph_msgs.msg import Log
 from turtlesim.srv import TeleportAbsolute
 
-from rostest_support.common import DEADLINE, MIDDLE, Collected, NodeLog, one_in, proxy, release, run, until
+from rostest_support.common import DEADLINE, MIDDLE, NodeLog, one_in, proxy, release, run, until
 from rostest_support.course import BackgroundCall, CourseCase, stands
 
 SERVICE = '/turtle1/gotoPose'
@@ -114,16 +114,6 @@ class GotoPoseTest(CourseCase):
         self.assertTrue(stands(self.pose()))
         for call in calls:
             self.assertTrue(call.answer is not None or 'preempted' in call.error, call.error)
-
-    def test_goto_pose_teleport_ends_a_drive(self):
-        """A server that drives and one that teleports the same turtle: the drive continues from the new position."""
-        poses = Collected('/turtle1/pose', type(self.pose()))
-        drive = BackgroundCall(SERVICE, TeleportAbsolute, 8.0, MIDDLE, 0.0)
-        poses.next(lambda pose: pose.x > MIDDLE + 0.3, 'the turtle on its way')
-        self.call('turtle1/teleport_absolute', 9.0, 7.0, 2.0)
-        drive.ended()
-        self.assertEqual('', drive.error)
-        self.assert_at(self.pose(), 8.0, MIDDLE, 0.0)
 
 
 if __name__ == '__main__':

@@ -55,14 +55,6 @@ class ArControlTest(RobotCase):
         ids = [line[0] for line in self.printed(process)]
         self.assertEqual(['1', '2'] * (len(ids) // 2), ids)
 
-    @release
-    def test_ar_control_remap(self):
-        """ar_pose_marker:= on the command line."""
-        process = self.start(NODE, 'ar_pose_marker:=robot7/tags')
-        process.wait_for_output('Subscribing to /robot7/tags')
-        self.tracker('robot7/tags')({3: (1.0, 0.0, 0.0)})
-        process.wait_for_output('ID 3')
-
     def test_ar_control_bad_poses(self):
         """Poses that no marker can have: one warning with marker and value; the others are printed."""
         process, track = self.start(NODE), self.tracker()
@@ -126,14 +118,6 @@ class FollowTest(RobotCase):
         self.assertEqual(1, velocities.messages[driving:].count(STOP), 'others may drive now')
         self.assertEqual(STOP, velocities.messages[-1])
 
-    def end(self, process, velocities, sign):
-        """End a node that drives by a signal; assert that it stops the robot once."""
-        driving, lost = len(velocities.messages), process.output().count('lost for')
-        process.process.send_signal(sign)
-        lost = self.ended(process).count('lost for') - lost  # it was slow to end, and stopped for that before
-        until(lambda: velocities.messages[-1] == STOP, 'a last Twist of zeros')
-        self.assertEqual(1 + lost, velocities.messages[driving:].count(STOP))
-
     def test_ar_control_follow(self):
         """Nothing before the marker is seen, then towards it; axes of an optical frame by its name."""
         process, velocities, track = self.follow('_strafe:=true')
@@ -163,15 +147,6 @@ class FollowTest(RobotCase):
         self.drive(velocities, track)
         self.stopped(velocities)
         process.wait_for_output(r'Marker 4 lost for 0\.5 s: stopped')
-
-    @release
-    def test_ar_control_shutdown(self):
-        """Ctrl-C and SIGTERM while it drives: one Twist of zeros is the last."""
-        for sign in (signal.SIGINT, signal.SIGTERM):
-            with self.subTest(sign=sign):
-                process, velocities, track = self.follow()
-                self.drive(velocities, track)
-                self.end(process, velocities, sign)
 
     def test_ar_control_closed_loop(self):
         """A robot that obeys: it ends at the distance, facing the marker, and never nearer."""

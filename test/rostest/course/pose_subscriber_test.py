@@ -47,13 +47,6 @@ class PoseSubscriberTest(CourseCase):
         rate = (len(times) - 1) / (times[-1] - times[0])
         self.assertLess(rate, 5.0 * (1.0 + RATE_TOLERANCE))
 
-    def test_pose_subscriber_remap(self):
-        """turtle1/pose:= on the command line."""
-        self.call('spawn', 2.25, 3.75, 0.0, 'anna')
-        process = self.start('pose_subscriber.py', 'turtle1/pose:=anna/pose')
-        process.wait_for_output(r'Turtle pose: x:2\.250000, y:3\.750000')
-        self.assertNotIn('x:5.544445', process.output())
-
 
 if __name__ == '__main__':
     run(PoseSubscriberTest)

@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """draw_square: the corners it visits, the way between them, how it begins and ends."""
 import math
-import signal
 
 import roslib.packages
 import rospy
-from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, EmptyResponse
 
-from rostest_support.common import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, own_simulator, run, until
+from rostest_support.common import DEADLINE, MIDDLE, Process, SimulatorCase, own_simulator, run, until
 
 DRAW_SQUARE = roslib.packages.find_node('turtlesim', 'draw_square')[0]
 CORNERS = [(MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2), (MIDDLE, MIDDLE)]  # in this order
@@ -42,12 +40,6 @@ class DrawSquareTest(SimulatorCase):
             off = abs(max(abs(pose.x - MIDDLE - 1.0), abs(pose.y - MIDDLE - 1.0)) - 1.0)
             self.assertLess(off, PATH_TOLERANCE, f'away from the outline: {pose}')
 
-    def test_draw_square_goes_on_after_a_lap(self):
-        """Forever, by default."""
-        process = self.start('_side:=0.2')
-        until(lambda: process.output().count('Corner reached') >= 5, 'five corners', LAP_DEADLINE)
-        self.assertTrue(process.runs())
-
     def test_draw_square_resets_first(self):
         """Reset: one turtle, starting in the middle."""
         self.call('spawn', 2.0, 2.0, 0.0, 'turtle2')
@@ -58,19 +50,6 @@ class DrawSquareTest(SimulatorCase):
         self.assertEqual({'turtle1'}, self.turtles())
         self.assert_pose(poses.messages[-1], MIDDLE, MIDDLE, 0.0, tolerance=1.0)
         self.assertIn(f'x={MIDDLE + 2:.3f}, y={MIDDLE:.3f}', process.output())
-
-    def test_draw_square_stops_the_turtle_when_it_ends(self):
-        """Ctrl-C: the turtle stops at once."""
-        poses, commands = self.poses(), Collected('turtle1/cmd_vel', Twist)
-        process = self.start()
-        poses.next(lambda pose: pose.linear_velocity > 0.9, 'the turtle at full speed')
-        until(lambda: commands.messages, 'a command')
-        driving = len(commands.messages)
-        process.process.send_signal(signal.SIGINT)
-        self.assertEqual(0, process.process.wait(DEADLINE))
-        until(lambda: commands.messages[-1] == Twist(), f'a last command of zeros; {commands.messages[-1]}')
-        self.assertEqual(1, commands.messages[driving:].count(Twist()), 'once is enough')
-        poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle at rest')
 
     def test_draw_square_waits_for_a_simulator(self):
         """Started before its simulator."""

@@ -110,14 +110,6 @@ class PictureTest(SimulatorCase):
             self.call('kill', name)
         self.assertEqual(2, len(sprites))
 
-    def test_turtlesim_image_moves(self):
-        """The picture follows the turtle, its heading too."""
-        first = self.image().data
-        self.jump(5.0, 5.0, 0.0)
-        second = self.image().data
-        self.jump(5.0, 5.0, 1.0)
-        self.assertEqual(3, len({first, second, self.image().data}))
-
     def test_turtlesim_image_compressed(self):
         """The compressed picture is a PNG of the same pixels."""
         self.jump(2.0, 3.0)

@@ -6,7 +6,7 @@ import rosservice
 from rosgraph_msgs.msg import Log
 from turtlesim.msg import Pose
 
-from rostest_support.common import BACKGROUND, MIDDLE, Collected, NodeLog, SimulatorCase, registered_names, run, until
+from rostest_support.common import MIDDLE, Collected, NodeLog, SimulatorCase, registered_names, run, until
 
 SERVICES = ('set_pen', 'teleport_absolute', 'teleport_relative')
 TOPICS = ('cmd_vel', 'pose', 'color_sensor')
@@ -33,13 +33,6 @@ class SpawnKillTest(SimulatorCase):
         self.driver('LLCROS/cmd_vel')(x=1.0)
         poses.next(lambda pose: pose.y > 4.5, 'the spawned turtle driving up')
         self.assert_pose(self.pose('turtle1'), MIDDLE, MIDDLE, 0.0)
-
-    def test_turtlesim_spawn_auto_names(self):
-        """Turtles spawned without a name are numbered."""
-        names = [self.call('spawn', 1.0, 1.0, 0.0, name).name for name in ('', 'turtle4', '', '', '')]
-        self.assertEqual(['turtle2', 'turtle4', 'turtle3', 'turtle5', 'turtle6'], names)
-        self.call('kill', 'turtle3')
-        self.assertEqual('turtle7', self.call('spawn', 1.0, 1.0, 0.0, '').name, 'numbers are not used twice')
 
     def test_turtlesim_spawn_then_services(self):
         """The services of a turtle exist when spawn returns."""
@@ -86,15 +79,6 @@ class SpawnKillTest(SimulatorCase):
             log.wait(Log.ERROR, rf'Tried to kill turtle \[{name}\], which does not exist.*')
         self.assert_unchanged(before)
 
-    def test_turtlesim_respawn_same_name(self):
-        """A killed turtle's name is free again."""
-        for x in (1.0, 2.0, 3.0):
-            self.assertEqual('anna', self.call('spawn', x, 2.0, 0.0, 'anna').name)
-            self.assert_pose(self.pose('anna'), x, 2.0, 0.0)
-            self.call('anna/teleport_absolute', x, 5.0, 0.0)
-            self.assert_pose(self.pose('anna'), x, 5.0, 0.0)
-            self.call('kill', 'anna')
-
     def test_turtlesim_kill_with_subscribers(self):
         """Subscribers of a killed turtle get nothing more; of a new one of its name they hear again."""
         self.call('spawn', 2.0, 2.0, 0.0, 'anna')
@@ -127,14 +111,6 @@ class SpawnKillTest(SimulatorCase):
         self.assertEqual(0.0, pose.linear_velocity)
         self.assertEqual(empty, self.snapshot())
         self.assertEqual('turtle2', self.call('spawn', 2.0, 2.0, 0.0, '').name)
-
-    def test_turtlesim_reset_pen(self):
-        """The turtle after a reset draws with the pen that every turtle begins with."""
-        self.call('turtle1/set_pen', 255, 0, 0, 9, 1)
-        self.call('reset')
-        self.assertEqual(BACKGROUND, self.color())
-        self.call('turtle1/teleport_absolute', 2.0, 2.0, 0.0)
-        self.assertEqual((179, 184, 255), self.color())
 
     def test_turtlesim_reset_keeps_subscribers(self):
         """Who subscribes and publishes before a reset does so after it."""

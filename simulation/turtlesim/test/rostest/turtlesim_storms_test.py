@@ -59,13 +59,6 @@ class StormTest(SimulatorCase):
             self.assert_pose(self.pose(name), 4.0, 4.0, 0.0)
         self.assert_pose(self.pose(), MIDDLE, MIDDLE, 0.0)
 
-    def test_turtlesim_spawn_one_name_at_once(self):
-        """Of many spawns of one name exactly one succeeds."""
-        results = in_threads(self.spawn, ['anna'] * 40)
-        self.assertEqual(1, results.count('anna'), results)
-        self.assertEqual({'turtle1', 'anna'}, self.turtles())
-        self.assert_pose(self.pose('anna'), 2.0, 3.0, 1.0)
-
     def test_turtlesim_spawn_and_kill_at_once(self):
         """Spawns and kills of one name from several threads: world and topics agree on the turtles."""
         results = in_threads(lambda number: self.call('kill', 'anna') if number % 2 else self.spawn('anna'), range(150))
