@@ -5,12 +5,11 @@ import subprocess
 import sys
 import threading
 import time
-import types
 
 import pytest
 
 import run_tests
-from collection import kinds, plugin, programs, rostests
+from collection import kinds, programs, rostests
 
 RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
 DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
@@ -53,13 +52,6 @@ def test_result_files(tmp_path, texts, methods, problems):
 def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
     _, problems = read(tmp_path, RAN, text)
     assert len(problems) == 1 and problem in problems[0]
-
-
-@pytest.mark.parametrize('path, kind', [
-    (ROSTEST, 'rostest'), (UNIT, 'unit'), (kinds.CASES / 'test_page.py', 'page'),
-    (kinds.CASES / 'test_check.py', 'check')])
-def test_kinds(path, kind):
-    assert kinds.kind_of(path) == kind in kinds.TIME_LIMITS
 
 
 @pytest.mark.parametrize('path, name, holds', [
@@ -122,15 +114,6 @@ def test_what_computes_runs_beside_what_waits(monkeypatch):
     assert names_of_runs('--fast') == fast
     assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*fast, 'units_2', 'waiting']
     assert names_of_runs('test_collection.py') == ['tests']
-
-
-def test_what_takes_longest_begins_first(monkeypatch):
-    """Each of two workers of xdist begins with one half of the list."""
-    monkeypatch.setenv('PYTEST_XDIST_WORKER_COUNT', '2')
-    items = [types.SimpleNamespace(kind=kind, time_limit=limit)
-             for kind, limit in (('unit', 0), ('rostest', 120), ('rostest', 480), ('rostest', 240), ('grading', 0))]
-    assert [(item.kind, item.time_limit) for item in plugin._longest_first(items)] == [
-        ('grading', 0), ('rostest', 240), ('rostest', 480), ('rostest', 120), ('unit', 0)]
 
 
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])

@@ -6,37 +6,6 @@ import pytest
 
 import course_video
 import suite_ar_track
-from alvar_core.camera import default_camera
-from alvar_core.detection.detector import Detector
-from course_video import HEIGHT, READOUT, SIZE, WIDTH
-
-
-def test_a_still_camera_shows_the_wall_where_it_is(monkeypatch):
-    """Without motion, positions are as exact as in any other image with a gamma."""
-    still = course_video.pose(0.4)
-    monkeypatch.setattr(course_video, 'pose', lambda time: still)
-    camera = default_camera(WIDTH, HEIGHT)
-    image, shown = course_video.frame(0, camera)
-    found = {each.id: each.position for each in Detector(SIZE).detect(image, camera)}
-    assert len(shown) >= 3 and set(found) >= set(shown)
-    for number, position in shown.items():
-        assert np.linalg.norm(found[number] - position) < 0.002 * np.linalg.norm(position)
-
-
-def test_lower_rows_are_later(monkeypatch):
-    """A camera that moves sideways at 1 m/s sees the wall's lower rows further on."""
-    monkeypatch.setattr(course_video, 'pose', lambda time: (np.diag([1.0, -1.0, -1.0]), np.array([time, 0.0, 1.0])))
-    camera = default_camera(WIDTH, HEIGHT)
-    image, _ = course_video.frame(0, camera)
-    lean = [lean_of(each.corners) for each in Detector(SIZE).detect(image, camera)]
-    expected = READOUT / HEIGHT * camera.fx  # px to the right for each px down
-    assert len(lean) >= 3 and np.allclose(lean, expected, atol=0.004)
-
-
-def lean_of(corners):
-    """Return how far the left and right sides lean: px to the right for each px down."""
-    down = corners[3] + corners[2] - corners[0] - corners[1]
-    return down[0] / down[1]
 
 
 def test_a_video_has_its_frames_and_the_bench_scores_them(monkeypatch):

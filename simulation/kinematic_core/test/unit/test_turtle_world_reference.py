@@ -170,16 +170,3 @@ def random_action(chance):
     if kind == 'teleport_absolute':
         return kind, name, (chance.uniform(-2.0, 13.0), chance.uniform(-2.0, 13.0), chance.gauss(0.0, 6.0))
     return kind, name, tuple(chance.choice([0.0, chance.gauss(0.0, 5.0)]) for _ in range(3))
-
-
-@settings(max_examples=20)
-@given(st.lists(st.tuples(actions, pauses), max_size=6))
-def test_two_worlds_with_the_same_commands_are_equal(script):
-    worlds = [new_pair()[0], new_pair()[0]]
-    for (kind, name, values), pause in script:
-        for world in worlds:
-            getattr(world, kind)(name, *values)
-        for _ in range(pause):
-            first, second = (world.step() for world in worlds)
-            assert [advance[1:] for advance in first] == [advance[1:] for advance in second]
-            assert [bits(a.turtle.pose()) for a in first] == [bits(a.turtle.pose()) for a in second]

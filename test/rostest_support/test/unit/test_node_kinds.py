@@ -2,8 +2,6 @@
 import pathlib
 import re
 
-import pytest
-
 from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
@@ -38,51 +36,6 @@ def test_every_node_is_in_the_table():
     names = {path.name for path, found in scripts.items() if path.name in told or not modules.intersection(found)}
     assert names - told == NOT_NODES | BY_THEMSELVES | SHORT_LIVED | OWN_ENTRIES
     assert told <= names
-
-
-def test_keys_and_names_are_unique():
-    for names in ([kind.key for kind in node_kinds.KINDS], [kind.node for kind in node_kinds.KINDS]):
-        assert len(set(names)) == len(names)
-
-
-@pytest.mark.parametrize('key, order', [
-    ('turtlesim', ['turtlesim']),
-    ('ar_control', ['robotont', 'camera', 'tracker', 'ar_control']),
-])
-def test_what_a_kind_needs_comes_first(key, order):
-    assert [kind.key for kind in node_kinds.in_order([key])] == order
-
-
-def test_everything_comes_once():
-    keys = [kind.key for kind in node_kinds.KINDS]
-    assert sorted(kind.key for kind in node_kinds.in_order(keys)) == sorted(keys)
-
-
-def test_parameters_are_those_of_the_command_line():
-    assert node_kinds.BY_KEY['tracker'].parameters == {
-        '/marker_detect/marker_size': '28.0', '/marker_detect/output_frame': 'camera_depth_optical_frame'}
-
-
-def test_a_turtle_of_its_own():
-    shape = node_kinds.on_turtle(node_kinds.BY_KEY['drive_shape'], 'turtle3')
-    assert '_turtle:=turtle3' in shape.arguments
-    assert shape.published == ('/turtle3/cmd_vel', '/turtle3/drive_status')
-    driver = node_kinds.on_turtle(node_kinds.BY_KEY['velocity_publisher'], 'turtle2')
-    assert 'turtle1/cmd_vel:=turtle2/cmd_vel' in driver.arguments
-    assert driver.published == ('/turtle2/cmd_vel',)
-
-
-def test_what_is_missing():
-    kind = node_kinds.BY_KEY['pose_subscriber']
-    assert node_kinds.missing(kind, ((), {'/turtle1/pose'}, ())) == []
-    assert node_kinds.missing(kind, ({'/turtle1/pose'}, (), ())) == ['/turtle1/pose']
-
-
-def test_picture(tmp_path):
-    node_kinds.make_picture(tmp_path / 'pictures')
-    data = (tmp_path / 'pictures' / 'picture.ppm').read_bytes()
-    assert len(data) == len(b'P6 160 120 255\n') + 160 * 120 * 3
-    assert node_kinds.arguments(node_kinds.BY_KEY['usb_cam'], '/a')[0] == '_video_device:=/a'
 
 
 def test_nothing_that_has_to_survive_needs_a_lesson():

@@ -1,10 +1,8 @@
-"""Drawn markers and rendered scenes."""
+"""Drawn markers."""
 import numpy as np
 import pytest
 
 from alvar_core import code, drawing
-from alvar_core.camera import default_camera
-from rostest_support.marker_scenes import Scene, image_of
 
 
 def test_marker_picture_is_the_pattern_in_a_black_rim():
@@ -22,10 +20,3 @@ def test_side_need_not_be_a_multiple_of_the_cells():
 def test_too_small_a_picture_is_refused():
     with pytest.raises(ValueError, match='9 cells'):
         drawing.marker_image(1, 8)
-
-
-def test_scene_is_the_same_for_the_same_seed():
-    camera = default_camera(320, 240)
-    scene = Scene(320, 240)
-    pictures = [image_of(np.random.default_rng(3), camera, [], scene) for _ in range(2)]
-    assert (pictures[0] == pictures[1]).all()
