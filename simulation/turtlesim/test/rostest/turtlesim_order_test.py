@@ -6,7 +6,6 @@ by one thread and not ordered by those of rospy.
 """
 import re
 import select
-import socket
 import struct
 import sys
 import threading
@@ -14,12 +13,12 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from sim_ros.srv import Step, StepRequest
+from sim_ros.srv import Step
 from std_srvs.srv import Trigger
 from turtlesim.msg import Color, Pose
-from turtlesim.srv import SetPen, SetPenRequest, TeleportAbsolute, TeleportAbsoluteRequest
+from turtlesim.srv import SetPen, TeleportAbsolute
 
-from rospy_support.rospy_internals import frame
+from rostest_support import tcpros
 from rostest_support.common import DEADLINE, Process, SimulatorCase, own_simulator, proxy, run, until
 
 ROUNDS = 20
@@ -47,62 +46,40 @@ Turtles()
 '''
 
 
-class Connection:
-    """A TCPROS connection to the simulator: bytes in the order in which it wrote them, with a time for each message."""
-
-    def __init__(self, **fields):
-        """``fields`` of the header; a topic's or a service's."""
-        fields.update(callerid=rospy.get_name(), tcp_nodelay='1')
-        pairs = [f'{key}={value}'.encode() for key, value in fields.items()]
-        header = b''.join(struct.pack('<I', len(pair)) + pair for pair in pairs)
-        self.socket = socket.create_connection(address_of_simulator(), DEADLINE)
-        self.socket.sendall(struct.pack('<I', len(header)) + header)
-        self.read_block()
-
-    def read(self, size):
-        """Return that many bytes."""
-        data = b''
-        while len(data) < size:
-            more = self.socket.recv(size - len(data))
-            if not more:
-                raise EOFError(f'closed after {len(data)} of {size} bytes')
-            data += more
-        return data
-
-    def ready(self):
-        """Return whether there is something to read."""
-        return bool(select.select([self.socket], [], [], 0)[0])
-
-    def read_block(self):
-        """Return a message or header, without its length."""
-        return self.read(struct.unpack('<I', self.read(4))[0])
-
-
-def address_of_simulator():
-    """Return where the simulator takes connections."""
-    uri = rosgraph.Master(rospy.get_name()).lookupService('/clear')
-    return re.match(r'rosrpc://(.*):(\d+)', uri).groups()
+def uri():
+    """Return the URI of the simulator."""
+    return rosgraph.Master(rospy.get_name()).lookupNode('/turtlesim')
 
 
 def subscribe(topic, kind):
-    """Return the Connection of a subscriber, of which a first message has come."""
-    connection = Connection(topic=topic, type=kind._type, md5sum=kind._md5sum)
-    connection.read_block()
+    """Return the connection of a subscriber, of which a first message has come."""
+    connection = tcpros.subscribe(uri(), topic, kind)
+    tcpros.receive_block(connection)
     return connection
 
 
 def service(name, kind):
-    """Return the Connection of a persistent caller."""
-    return Connection(service=name, md5sum=kind._md5sum, persistent='1')
+    """Return a persistent Caller."""
+    return tcpros.Caller(tcpros.tcpros_address(uri()), name, kind)
+
+
+def ready(connection):
+    """Return whether there is something to read."""
+    return bool(select.select([connection], [], [], 0)[0])
+
+
+def x_of(pose):
+    """Return the x [m] of a serialized Pose."""
+    return struct.unpack('<5f', pose)[0]
 
 
 class OrderTest(SimulatorCase):
 
     def next_pose(self, connection):
         """Skip queued poses, and return the next one: the simulator has just made a step."""
-        while connection.ready():
-            connection.read_block()
-        return connection.read_block()
+        while ready(connection):
+            tcpros.receive_block(connection)
+        return tcpros.receive_block(connection)
 
     def test_turtlesim_order_of_answer_and_pose(self):
         """A call is answered before the poses of that step, which show a teleport's effect; the next takes a step."""
@@ -110,16 +87,14 @@ class OrderTest(SimulatorCase):
         for number in range(ROUNDS):
             x = 1.0 + 0.25 * number
             self.next_pose(poses)
-            jump.socket.sendall(frame(TeleportAbsoluteRequest(x, 5.0, 0.0)))
-            self.assertEqual(b'\x01\0\0\0\0', jump.read(5))
+            self.assertEqual((True, b''), jump.call(x, 5.0, 0.0))
             seen = []
             while x not in seen:
-                seen.append(struct.unpack('<5f', poses.read_block())[0])
+                seen.append(x_of(tcpros.receive_block(poses)))
         self.next_pose(poses)
         for number in range(ROUNDS):
-            jump.socket.sendall(frame(TeleportAbsoluteRequest(0.25 * number, 2.0, 0.0)))
-            jump.read(5)
-        seen = [struct.unpack('<5f', poses.read_block())[0] for _ in range(ROUNDS - 1)]
+            jump.call(0.25 * number, 2.0, 0.0)
+        seen = [x_of(tcpros.receive_block(poses)) for _ in range(ROUNDS - 1)]
         self.assertLessEqual({0.25 * number for number in range(ROUNDS - 2)}, set(seen), 'two calls in one step')
 
     def test_turtlesim_answer_first(self):
@@ -127,11 +102,11 @@ class OrderTest(SimulatorCase):
         poses, jump = subscribe('/turtle1/pose', Pose), service('/turtle1/teleport_absolute', TeleportAbsolute)
         for number in range(ROUNDS):
             x = 1.0 + 0.25 * number
-            jump.socket.sendall(frame(TeleportAbsoluteRequest(x, 5.0, 0.0)))
-            while struct.unpack('<5f', poses.read_block())[0] != x:
+            jump.send(x, 5.0, 0.0)
+            while x_of(tcpros.receive_block(poses)) != x:
                 pass
-            self.assertTrue(jump.ready(), 'a pose came before the answer')
-            jump.read(5)
+            self.assertTrue(ready(jump.socket), 'a pose came before the answer')
+            jump.answer()
 
     def test_turtlesim_calls_of_many_share_a_step(self):
         """Calls that came between two steps are all answered in one, each with its effect before the next pose."""
@@ -141,14 +116,14 @@ class OrderTest(SimulatorCase):
         for _ in range(ROUNDS):
             self.next_pose(poses)
             for number, caller in enumerate(callers):
-                caller.socket.sendall(frame(SetPenRequest(number, 0, 0, 3, 0)))
+                caller.send(number, 0, 0, 3, 0)
             steps, waiting = 0, {caller.socket: caller for caller in callers}
             while waiting:
-                ready, _, _ = select.select([poses.socket, *waiting], [], [], DEADLINE)
-                for each in set(ready) & set(waiting):
-                    self.assertEqual(b'\x01\0\0\0\0', waiting.pop(each).read(5))
-                if waiting and poses.socket in ready:
-                    poses.read_block()
+                there, _, _ = select.select([poses, *waiting], [], [], DEADLINE)
+                for each in set(there) & set(waiting):
+                    self.assertEqual((True, b''), waiting.pop(each).answer())
+                if waiting and poses in there:
+                    tcpros.receive_block(poses)
                     steps += 1
             between.append(steps)
         # at a step that begins while the calls are being sent, some are answered in the one after
@@ -164,18 +139,19 @@ class OrderTest(SimulatorCase):
         connections = [subscribe(*topic) for topic in topics]
         proxy('/turtlesim/pause', Trigger)()
         for each in connections:
-            while each.ready():
-                each.read_block()
+            while ready(each):
+                tcpros.receive_block(each)
         step = service('/turtlesim/step', Step)
         for _ in range(ROUNDS):
-            step.socket.sendall(frame(StepRequest(1)))
+            step.send(1)
             there = []
             while len(there) < len(connections):  # the later first: arrivals between two polls are seen in the next one
-                there = [place for place in range(len(connections) - 1, -1, -1) if connections[place].ready()]
+                there = [place for place in range(len(connections) - 1, -1, -1) if ready(connections[place])]
                 expected = list(range(len(there) - 1, -1, -1))
                 self.assertEqual(expected, there, [topics[place] for place in there])
-            for each in (step.read(1) and step, *connections):
-                each.read_block()
+            step.answer()
+            for each in connections:
+                tcpros.receive_block(each)
 
     def test_turtlesim_program_that_leans_on_poses(self):
         """A program that subscribes, calls set_pen three times and then uses the poses: it lives with the original."""
@@ -197,20 +173,18 @@ class OrderTest(SimulatorCase):
             def call(caller, answers=answers):
                 try:
                     while True:
-                        caller.socket.sendall(frame(SetPenRequest(1, 0, 0, 3, 0)))
-                        well = caller.read(1)[0]
-                        text = caller.read_block().decode()
-                        answers.append((well, text))
+                        well, text = caller.call(1, 0, 0, 3, 0)
+                        answers.append((well, text.decode()))
                         if not well:
                             return
-                except (EOFError, OSError):
-                    answers.append((0, 'anna: closed'))
+                except OSError:
+                    answers.append((False, 'anna: closed'))
             threads = [threading.Thread(target=call, args=(caller,), daemon=True) for caller in callers]
             for thread in threads:
                 thread.start()
             self.call('kill', 'anna')
             until(lambda: not any(thread.is_alive() for thread in threads), 'an answer to each call')  # noqa: B023
-            self.assertEqual({(0, True)}, {(well, 'anna' in text) for well, text in answers if not well})
+            self.assertEqual({(False, True)}, {(well, 'anna' in text) for well, text in answers if not well})
         self.assertEqual({'turtle1'}, self.turtles())
 
 
