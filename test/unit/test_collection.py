@@ -1,10 +1,13 @@
-"""What ./run test and pytest select, how the result of a rostest is read, and that nothing is left running."""
+"""What ./run test and pytest select, how the result of a rostest is read, that all of it is run, and how runs end."""
+import ast
 import os
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+import xml.etree.ElementTree as ElementTree
 
 import pytest
 
@@ -58,8 +61,8 @@ def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
     (ROSTEST, 'lesson_square.test', True), (ROSTEST, 'rostest/', True), (ROSTEST, 'course/', True),
     (ROSTEST, 'rostest/test/course/lesson_square.test', True), (ROSTEST, 'lesson_set', False),
     (ROSTEST, 'unit/', False),
-    (UNIT, 'test_collection', True), (UNIT, 'test_collection.py::test_kinds', True), (UNIT, 'test_kinds', True),
-    (UNIT, 'unit/test/unit/test_collection.py::test_kinds[x]', True), (UNIT, 'test_docs.py::test_kinds', False),
+    (UNIT, 'test_collection', True), (UNIT, 'test_collection.py::test_selection', True), (UNIT, 'test_selection', True),
+    (UNIT, 'unit/test/unit/test_collection.py::test_selection[x]', True), (UNIT, 'test_docs.py::test_selection', False),
     (UNIT, 'test_without_such_a_name', False)])
 def test_files_that_may_hold_a_selected_test(path, name, holds):
     assert kinds.may_hold(path, [name]) is holds
@@ -203,3 +206,20 @@ def test_without_ros_packages_are_found():
                           stdout=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0 and ' passed, 1 skipped' in done.stdout, done.stdout
     assert 'no workspace with this repository is sourced' in done.stdout
+
+
+TESTED = [element.attrib for path in kinds.REPOSITORY.rglob('*.test') if '/.' not in str(path)
+          for element in ElementTree.parse(str(path)).iter('test')]
+
+
+@pytest.mark.parametrize('path', [path for path in sorted(kinds.REPOSITORY.rglob('*_test.py')) if '/.' not in str(path)],
+                         ids=lambda path: path.name)
+def test_each_method_of_a_rostest_is_run_by_a_test_file(path):
+    """A .test names some methods of its program, or runs them all; a method that none names is never run."""
+    methods = {node.name for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+               if isinstance(node, ast.FunctionDef) and node.name.startswith('test_')}
+    named = [set(re.findall(r'\btest_\w+', attributes.get('args', ''))) for attributes in TESTED
+             if attributes['type'] == path.name]
+    assert named, f'no .test file runs {path.name}'
+    assert methods - set().union(*(names or methods for names in named)) == set()
+    assert set().union(*named) <= methods
