@@ -47,6 +47,12 @@ def test_a_name_that_the_program_uses_already_is_not_meant():
     assert 'did you mean /turtle1/cmd_vel?' in hints('launch_two_turtles', connections=used)[0]
 
 
+def test_a_name_with_a_slash_ignores_the_namespace_of_its_node():
+    used = [('/cmd_vel', 'publishes'), ('/rosout', 'publishes'), ('/turtle1/drive/get_loggers', 'serves')]
+    assert hints('launch_two_turtles', connections=used) == (
+        "/cmd_vel begins with a slash, so that the namespace of its node changes nothing: write 'cmd_vel'",)
+
+
 @pytest.mark.parametrize('connection', [('/rosout', 'publishes'), ('/turtle1/cmd_vel', 'publishes'),
                                         ('/my_node/get_loggers', 'serves'), ('/something/else', 'publishes')])
 def test_other_names_are_not_suspected(connection):
