@@ -207,6 +207,26 @@ def test_a_robot_that_hardly_steers(gain, advice):
     assert any('it hardly steers' in hint for hint in said) == advice
 
 
+@pytest.mark.parametrize('name, axis, advice', [
+    ('keep_centre', 'x', 'it uses position.x, but how far the marker is to the left, is position.y'),
+    ('keep_distance', 'z', 'it uses position.z, but how far the marker is ahead, is position.x'),
+    ('keep_distance', 'x', None)])
+def test_another_axis_of_the_marker(name, axis, advice):
+    seen = Observed(source=f'error = marker.pose.pose.position.{axis} - GOAL\n')
+    said = path_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), seen, ['keeps'])['keeps']
+    assert said == ([advice] if advice else [])
+
+
+@pytest.mark.parametrize('reads, advice', [
+    (['/turtle1/pose'], 'the corner minus the position'), ([], 'start elsewhere')])
+def test_who_stays_at_a_wall(reads, advice):
+    turtle = GradedTurtle(9.0, 5.0)
+    turtle.drive(1.0, 0.1, 0.5).drive(9.0, 1.0)
+    turtle.observed.connections |= {(name, 'subscribes') for name in reads}
+    one = exercise.load(FOLDER / 'square_by_topics.yaml')
+    assert advice in path_mistakes.found(one, turtle.observed, ['draws'])['draws'][0]
+
+
 @pytest.mark.parametrize('speed, advice', [(0.05, True), (0.2, False)])
 def test_a_robot_that_is_too_slow_for_its_way(speed, advice):
     seen = Observed(track=[Sample(0.0, 0.0, 0.0, 0.0)], commands=[Command(0.1, speed, 0.2, 0.0)])

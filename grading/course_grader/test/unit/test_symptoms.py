@@ -210,6 +210,18 @@ def test_goals_that_are_written_wrong(source, told):
 
 
 @pytest.mark.parametrize('source, told', [
+    ("spawn(2, 2, 0, 'Turtle2')\n", 'gets another name'),
+    ("spawn(2, 2, 0, 'turtle2')\n", 'call /spawn with')])
+def test_a_turtle_with_another_name(source, told):
+    assert told in hints('spawn_turtle', source=source)[0]
+
+
+def test_degrees_of_a_transform():
+    source = 'send(quaternion_from_euler(0, 0, math.degrees(pose.theta)))\n'
+    assert 'degrees in line 1 makes degrees' in hints('tf_broadcaster', source=source)[0]
+
+
+@pytest.mark.parametrize('source, told', [
     ("rospy.logdebug('0.5')\n", True), ("rospy.logdebug('0.5')\nrospy.loginfo('on')\n", False),
     ("rospy.init_node('a', log_level=rospy.DEBUG)\nrospy.logdebug('0.5')\n", False)])
 def test_messages_that_are_not_printed(source, told):

@@ -51,7 +51,7 @@ def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     numbers = [numbers[-1] for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
     if wanted.what == 'x' and 'position.x' in observed.source and len(numbers) > FEW_LINES and all(
             number.value == int(number.value) and not number.rounded for number in numbers):
-        yield 'x is printed as a whole number: print two decimals or more, as by %.2f'
+        yield 'x is printed as a whole number: print metres, with two decimals or more, as by %.2f'
         return
     for value in values:
         if value == 'id':

@@ -39,6 +39,7 @@ SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exerc
                     'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
 ONE_WAY = ('it only turns or drives to one side, wherever the marker is: let the velocity be proportional to y of the '
            'marker, which is negative when the marker is to the right')
+AXES = {'marker left': ('y', 'to the left'), 'marker ahead': ('x', 'ahead')}  # of a marker's position
 SWINGS = 4  # changes of direction; one or two are an overshoot
 
 
@@ -147,6 +148,9 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
     elif sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
         free = list(itertools.takewhile(lambda place: not _touches_wall(*place), path))
         yield from list(_wrong_turn(wanted.shape, sides, _parts(sides, free))) or [
+            'the turtle drives into a wall of its window, and stays there: are all corners in the window, from 0 to '
+            '11 m? The way to a corner is the corner minus the position; check the sign'
+            if _stays_at_wall(observed) and ('/turtle1/pose', 'subscribes') in observed.connections else
             'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size']
     else:
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
@@ -171,6 +175,11 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A velocity of the wrong sign, and a gain that is too small or too large."""
+    used = set(re.findall(r'\bposition\.([xyz])\b', observed.source))
+    axis, where = AXES.get(wanted.what, ('', ''))
+    if used and axis and axis not in used:
+        yield f'it uses position.{min(used)}, but how far the marker is {where}, is position.{axis}'
+        return
     if wanted.what == 'marker left' and observed.commands and all(
             max(map(abs, command[2:4])) < STANDING for command in observed.commands):
         yield 'it never turns or drives sideways: angular.z turns it, and linear.y drives it to the left'
@@ -335,6 +344,11 @@ def _at_wall(observed: Observed) -> bool:
     """Return whether it was driven against a wall."""
     return bool(observed.commands) and any(
         _touches_wall(sample.x, sample.y) for sample in observed.track if sample.t >= observed.reset_at())
+
+
+def _stays_at_wall(observed: Observed) -> bool:
+    """Return whether it is at a wall in the whole second half of its track."""
+    return all(_touches_wall(sample.x, sample.y) for sample in observed.track[len(observed.track) // 2:])
 
 
 def _touches_wall(x: float, y: float) -> bool:

@@ -174,7 +174,8 @@ def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], l
         usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
         yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
     elif any(check in lost for check in PRINTED):
-        yield from suspicions.sleeps_in_a_callback(program)
+        for suspect in (suspicions.sleeps_in_a_callback, suspicions.in_degrees, suspicions.same_part_twice):
+            yield from suspect(program)
     if 'prints' in lost:
         yield from suspicions.only_debugs(program)
 
