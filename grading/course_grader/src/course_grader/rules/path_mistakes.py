@@ -239,11 +239,11 @@ def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> 
     """A vehicle that hardly steers, or is too slow to get there."""
     most = max((max(abs(command.linear_y), abs(command.angular_z)) for command in observed.commands), default=0.0)
     speed = statistics.median([math.hypot(*command[1:3]) for command in observed.commands] or [0.0])
-    if STANDING < most < 2.0 * HARDLY:
+    if STANDING < most < 2.0 * HARDLY and speed > most:
         yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
                'difference is multiplied')
-    elif wanted.x is not None and observed.track and STANDING < speed * exercise.time < math.dist(
-            observed.track[0][1:3], (wanted.x, wanted.y)) - wanted.tolerance:
+    elif (wanted.x is not None and observed.track and speed > MOVING and speed * exercise.time < math.dist(
+            observed.track[0][1:3], (wanted.x, wanted.y)) - wanted.tolerance):
         yield f'it is too slow: with {speed:.2g} m/s it does not get there in {exercise.time:.0f} s; drive faster'
 
 
