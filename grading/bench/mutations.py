@@ -75,6 +75,22 @@ KINDS: Dict[str, Kind] = {
     'a response is not returned': Kind(_first(r'^( +)return (\w+Response\(.*\))$', r'\1\2'), r'return a response'),
     'Python 2': Kind(_first(r'^( +)print\((.*)\)$', r'\1print \2'), r'Python 2'),
     'text instead of a number': Kind(_first(rf'(linear\.x = )({NUMBER})$', r"\1'\2'"), r'text|number|type'),
+    'service only named': Kind(_last(r'^( *)(clear|find)\(\)$', r'\1\2'), r'parentheses call it'),
+    'action server not started': Kind(_first(r'^ *server\.start\(\)\n', ''), r'never started'),
+    'text instead of a response': Kind(_first(r'^( +)return (\w+Response)\(.*\)$', r"\1return 'done'"),
+                                       r'`return \w+Response'),
+    'conditions in the wrong order': Kind(_first(
+        r'(if \w+\.x < )(\d+)(:\n.*\n +elif \w+\.x < )(\d+)', r'\1\4\3\2'), r'never holds'),
+    'sleep in the callback': Kind(_first(
+        r'^(def (?:callback|send|log|control|on_\w+|print_pose)\(\w+\):\n)', r'\1    rospy.sleep(1.0)\n'),
+                                  r'callback \w+ sleeps'),
+    'x twice': Kind(_first(r'\b(pose|data|message)\.x\b(.*)\b\1\.y\b', r'\1.x\2\1.x'),
+                    r'twice|\by\b'),
+    'place instead of id': Kind(_first(r'\bmarker\.id\b', 'message.markers.index(marker)'), r'print marker\.id'),
+    'never backward': Kind(_first(r'(linear\.x = )(GAIN \* .*)$', r'\1max(0.0, \2)'), r'backward'),
+    'difference reversed': Kind(_first(r'([\w.\[\]]+) - ([\w.]+), ([\w.\[\]]+) - ([\w.]+)$', r'\2 - \1, \4 - \3'),
+                                r'away|wrong way|sign'),
+    'one topic for both turtles': Kind(_first(r"f'/\{name\}/pose'", "'/turtle1/pose'"), r'turtle2/pose|turtle2'),
 }
 
 

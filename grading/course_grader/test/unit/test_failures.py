@@ -96,6 +96,8 @@ def test_what_python_says(source, advice):
     ("TypeError: Invalid number of arguments, args should be ['x', 'y', 'theta'] args are(1,)", '',
      "'x', 'y', 'theta'"),
     ("rospy.service.ServiceException: service [/turtle1/set_pens] unavailable", '', 'no service /turtle1/set_pens'),
+    ("rospy.service.ServiceException: service [/node/spawn] unavailable", "rospy.ServiceProxy('~spawn', Spawn)",
+     'leave the ~ of ~spawn out'),
     ("service handler returned None", '', 'must return a response'),
     ("service cannot process request: handler returned invalid value: Invalid number of arguments",
      "rospy.Service('/a', Trigger, go)", '`return TriggerResponse(...)`'),

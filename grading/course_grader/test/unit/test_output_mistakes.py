@@ -52,3 +52,10 @@ def test_markers(name, say, advice):
     said = output_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), Observed(shown=SHOWN, lines=lines),
                                  ['prints_markers'])
     assert advice in said['prints_markers'][0] if advice else said == {'prints_markers': []}
+
+
+def test_distances_that_are_printed_as_whole_numbers():
+    lines = [OutputLine(0.1 * number, f'marker {20 + number % 2} is at x = 0') for number in range(9)]
+    said = output_mistakes.found(exercise.load(FOLDER / 'print_marker_x.yaml'), Observed(
+        shown=SHOWN, lines=lines, source='marker.pose.pose.position.x'), ['prints_markers'])
+    assert said['prints_markers'][0].startswith('x is printed as a whole number: print metres')

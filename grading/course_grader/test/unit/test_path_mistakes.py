@@ -76,10 +76,12 @@ def test_wrong_velocities_explain_the_path():
     assert list(path_mistakes.found(one, turtle.observed, ['commands', 'draws'])) == ['commands']
 
 
-@pytest.mark.parametrize('angular, advice', [(0.0, 'angular.z is 0.0, the default of ~angular'), (0.3, None)])
-def test_a_parameter_that_is_not_set(angular, advice):
+@pytest.mark.parametrize('name, angular, advice', [
+    ('~angular', 0.0, 'angular.z is 0.0, the default of ~angular: the parameter is not set'), ('~angular', 0.3, None),
+    ('angular', 0.0, 'angular.z is 0.0, the default of angular: a parameter inside of a <node> is private')])
+def test_a_parameter_that_is_not_set(name, angular, advice):
     turtle = GradedTurtle(3.0, 3.0).drive(3.0, 0.5, angular)
-    turtle.observed.source = "v.linear.x = rospy.get_param('~linear', 1.0)\nturn = rospy.get_param('~angular', 0.0)\n"
+    turtle.observed.source = f"v.linear.x = rospy.get_param('~linear', 1.0)\nturn = rospy.get_param('{name}', 0.0)\n"
     one = exercise.load(FOLDER / 'launch_two_turtles.yaml')
     said = path_mistakes.found(one, turtle.observed, ['commands'])['commands']
     assert said[0].startswith(advice) if advice else said == []
@@ -186,6 +188,10 @@ def kept(name, what, goal, errors, speed):
     ('keep_distance', 'marker ahead', 0.6, [0.3, -0.3] * 20 + [-0.4] * 40, lambda error: 3.0 * error, 'it swings'),
     ('keep_distance', 'marker ahead', 0.6, [0.5, *[-0.3] * 60], lambda error: max(0.0, 15.0 * error),
      'its velocity is up to 7.5: choose a smaller gain'),
+    ('keep_distance', 'marker ahead', 0.6, [0.6, 0.5, *[0.43, 0.37] * 30], lambda error: error - 0.4,
+     'it keeps 1.00 m, and not 0.6 m: check the goal'),
+    ('keep_distance', 'marker ahead', 0.6, [0.4] * 60, lambda error: 0.2 * error, None),
+    ('keep_centre', 'marker left', 0.0, [0.3, -0.3] * 30, lambda error: 0.0, 'it never turns or drives sideways'),
     ('keep_distance', 'marker ahead', 0.6, [0.01, -0.01] * 40, lambda error: error, None),
     ('keep_centre', 'marker left', 0.0, [0.5 - 0.02 * number for number in range(60)], lambda error: 0.5, None)])
 def test_what_the_errors_and_velocities_show(name, what, goal, errors, speed, advice):
@@ -199,6 +205,34 @@ def test_a_robot_that_hardly_steers(gain, advice):
     seen = Observed(commands=[Command(0.1 * number, 0.2, gain * 0.6, 0.0) for number in range(9)])
     said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
     assert any('it hardly steers' in hint for hint in said) == advice
+
+
+@pytest.mark.parametrize('name, axis, advice', [
+    ('keep_centre', 'x', 'it uses position.x, but how far the marker is to the left, is position.y'),
+    ('keep_distance', 'z', 'it uses position.z, but how far the marker is ahead, is position.x'),
+    ('keep_distance', 'x', None)])
+def test_another_axis_of_the_marker(name, axis, advice):
+    seen = Observed(source=f'error = marker.pose.pose.position.{axis} - GOAL\n')
+    said = path_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), seen, ['keeps'])['keeps']
+    assert said == ([advice] if advice else [])
+
+
+@pytest.mark.parametrize('reads, advice', [
+    (['/turtle1/pose'], 'the corner minus the position'), ([], 'start elsewhere')])
+def test_who_stays_at_a_wall(reads, advice):
+    turtle = GradedTurtle(9.0, 5.0)
+    turtle.drive(1.0, 0.1, 0.5).drive(9.0, 1.0)
+    turtle.observed.connections |= {(name, 'subscribes') for name in reads}
+    one = exercise.load(FOLDER / 'square_by_topics.yaml')
+    assert advice in path_mistakes.found(one, turtle.observed, ['draws'])['draws'][0]
+
+
+@pytest.mark.parametrize('speed, advice', [(0.05, True), (0.2, False)])
+def test_a_robot_that_is_too_slow_for_its_way(speed, advice):
+    seen = Observed(track=[Sample(0.0, 0.0, 0.0, 0.0)], commands=[Command(0.1, speed, 0.2, 0.0)])
+    seen.commands += [Command(0.1 * number, speed, 0.0, 0.0) for number in range(2, 9)]
+    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    assert any('it is too slow: with 0.05 m/s' in hint for hint in said) == advice
 
 
 def followed(*steps, leader=(), reads=()):
@@ -229,3 +263,9 @@ def test_a_follower_that_does_not_drive_as_it_should(steps, advice):
 def test_a_follower_on_its_way_to_a_turtle(leader, reads, advice):
     said = followed(*[(0.5, 0.05)] * 5, leader=leader, reads=reads)
     assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('leader, advice', [((8.0, 1.0), True), ((2.4, 0.5), False)])
+def test_a_follower_that_stops_too_far_away(leader, advice):
+    said = followed(*[(0.5, 0.1)] * 5, *[(0.0, 0.0)] * 2, leader=leader, reads=('/turtle1/pose', '/tf'))
+    assert any('stops 5.' in hint for hint in said) == advice

@@ -17,6 +17,8 @@ def found(text, positions=True):
 
 @pytest.mark.parametrize('wrong, right, advice', [
     ('twist.linear.x += 0.1\n', 'twist.linear.x = v + 0.1\n', 'so that it grows'),
+    ('place = (pose.x, pose.x, 0)\n', 'place = (pose.x, pose.y, 0)\n', 'uses pose.x twice, and pose.y not at all'),
+    ('dx, dy = x - pose.x, y - pose.x\n', 'dx, dy = x - pose.x, y - pose.y\n', 'uses pose.x twice'),
     ('speed = 1 // 2\n', 'speed = 1 / 2\n', 'a whole number'),
     ('twist.angular.z = math.degrees(math.atan2(y, x))\n', "print('%.1f' % math.degrees(yaw))\n"
      "rospy.loginfo(f'{math.degrees(yaw)}')\n", 'line 1 makes degrees'),

@@ -47,6 +47,12 @@ def test_a_name_that_the_program_uses_already_is_not_meant():
     assert 'did you mean /turtle1/cmd_vel?' in hints('launch_two_turtles', connections=used)[0]
 
 
+def test_a_name_with_a_slash_ignores_the_namespace_of_its_node():
+    used = [('/cmd_vel', 'publishes'), ('/rosout', 'publishes'), ('/turtle1/drive/get_loggers', 'serves')]
+    assert hints('launch_two_turtles', connections=used) == (
+        "/cmd_vel begins with a slash, so that the namespace of its node changes nothing: write 'cmd_vel'",)
+
+
 @pytest.mark.parametrize('connection', [('/rosout', 'publishes'), ('/turtle1/cmd_vel', 'publishes'),
                                         ('/my_node/get_loggers', 'serves'), ('/something/else', 'publishes')])
 def test_other_names_are_not_suspected(connection):
@@ -201,6 +207,18 @@ def test_goals_that_are_written_wrong(source, told):
     one = exercise.load(FOLDER / 'send_goals.yaml')
     observed = Observed(source=source)
     assert told in symptoms.advise(one, observed, scoring.decide(one, observed)).hints[0]
+
+
+@pytest.mark.parametrize('source, told', [
+    ("spawn(2, 2, 0, 'Turtle2')\n", 'gets another name'),
+    ("spawn(2, 2, 0, 'turtle2')\n", 'call /spawn with')])
+def test_a_turtle_with_another_name(source, told):
+    assert told in hints('spawn_turtle', source=source)[0]
+
+
+def test_degrees_of_a_transform():
+    source = 'send(quaternion_from_euler(0, 0, math.degrees(pose.theta)))\n'
+    assert 'degrees in line 1 makes degrees' in hints('tf_broadcaster', source=source)[0]
 
 
 @pytest.mark.parametrize('source, told', [

@@ -187,6 +187,13 @@ def _no_response(_match: Match[str], source: str) -> str:
     return f'the function of a service must return a response of its own type: `return {kind}Response(...)`'
 
 
+def _no_service(name: str, source: str) -> str:
+    own = re.search(r'~/?' + name.rpartition('/')[2] + r'\b', source)
+    return f'there is no service {name}: ' + (
+        f'with ~ it belongs to the node itself; leave the ~ of {own[0]} out' if own else
+        '`rosservice list` lists all; check its spelling')
+
+
 def _types_differ(match: Match[str], _source: str) -> str:
     return str(two_types('a topic', [('one', match[1]), ('the other', match[2])]))
 
@@ -272,7 +279,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      lambda _, source: '' if 'ServiceProxy' not in source and re.search(r'\bService\(', source) else
      'the type of a service has to be that which its owner gives it: `rosservice type NAME` prints it'),
     (r"service \[([\w/]+)\] unavailable|timeout exceeded while waiting for service ([\w/]+)",
-     lambda match, _: f'there is no service {match[1] or match[2]}: `rosservice list` lists all; check its spelling'),
+     lambda match, source: _no_service(match[1] or match[2], source)),
     (r"IndexError: list index out of range", 'a list has fewer elements than the program takes from it, perhaps '
      'none: loop over it with `for`, or look at len(list) first'),
     (r"KeyError: '?(~?[\w/]+)", 'nothing has the name {0}: check its spelling, or give a default, as in '

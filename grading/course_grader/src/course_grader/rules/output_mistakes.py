@@ -48,6 +48,11 @@ def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     asked = {'id': 'marker.id', 'x': 'marker.pose.pose.position.x'}[wanted.what]
     if rules_output.prints_markers(observed, wanted).share > MAJORITY:
         return
+    numbers = [numbers[-1] for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
+    if wanted.what == 'x' and 'position.x' in observed.source and len(numbers) > FEW_LINES and all(
+            number.value == int(number.value) and not number.rounded for number in numbers):
+        yield 'x is printed as a whole number: print metres, with two decimals or more, as by %.2f'
+        return
     for value in values:
         if value == 'id':
             other, what = observed, 'id'

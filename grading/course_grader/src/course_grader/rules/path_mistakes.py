@@ -39,6 +39,7 @@ SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exerc
                     'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
 ONE_WAY = ('it only turns or drives to one side, wherever the marker is: let the velocity be proportional to y of the '
            'marker, which is negative when the marker is to the right')
+AXES = {'marker left': ('y', 'to the left'), 'marker ahead': ('x', 'ahead')}  # of a marker's position
 SWINGS = 4  # changes of direction; one or two are an overshoot
 
 
@@ -94,10 +95,12 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
 def _default(name: str, value: float, limits: Tuple[float, float], source: str) -> Iterator[str]:
     """A velocity that is the default of a parameter, which is not set where the program looks for it."""
     for parameter, default in re.findall(
-            rf"get_param\(\s*['\"](~\w*?(?:{OF_VELOCITY[name]})\w*)['\"]\s*,\s*({NUMBER})\s*\)", source):
+            rf"get_param\(\s*['\"](~?\w*?(?:{OF_VELOCITY[name]})\w*)['\"]\s*,\s*({NUMBER})\s*\)", source):
         if limits != ANY and not within(value, limits) and abs(value - float(default)) < STANDING:
-            yield (f'{name} is {default}, the default of {parameter}: the parameter is not set for this node; '
-                   f'<param name="{parameter[1:]}" value="..."/> stands inside of its <node>')
+            yield (f'{name} is {default}, the default of {parameter}: ' + (
+                'the parameter is not set for this node; '
+                f'<param name="{parameter[1:]}" value="..."/> stands inside of its <node>' if parameter[0] == '~' else
+                f'a parameter inside of a <node> is private: rospy.get_param(\'~{parameter}\')'))
 
 
 def _other_velocity(name: str, value: float, limits: Tuple[float, float], meaning: str) -> Iterator[str]:
@@ -145,6 +148,9 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
     elif sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
         free = list(itertools.takewhile(lambda place: not _touches_wall(*place), path))
         yield from list(_wrong_turn(wanted.shape, sides, _parts(sides, free))) or [
+            'the turtle drives into a wall of its window, and stays there: are all corners in the window, from 0 to '
+            '11 m? The way to a corner is the corner minus the position; check the sign'
+            if _stays_at_wall(observed) and ('/turtle1/pose', 'subscribes') in observed.connections else
             'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size']
     else:
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
@@ -169,6 +175,15 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A velocity of the wrong sign, and a gain that is too small or too large."""
+    used = set(re.findall(r'\bposition\.([xyz])\b', observed.source))
+    axis, where = AXES.get(wanted.what, ('', ''))
+    if used and axis and axis not in used:
+        yield f'it uses position.{min(used)}, but how far the marker is {where}, is position.{axis}'
+        return
+    if wanted.what == 'marker left' and observed.commands and all(
+            max(map(abs, command[2:4])) < STANDING for command in observed.commands):
+        yield 'it never turns or drives sideways: angular.z turns it, and linear.y drives it to the left'
+        return
     if wanted.what == 'marker left' and _goes_one_way(wanted, observed):
         yield ONE_WAY
         return
@@ -215,14 +230,21 @@ def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequenc
     elif all(speed * nearest > 0.0 for speed in speeds) and abs(errors[-1]) < abs(errors[0]):
         yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end: choose a larger gain, by which the '
                'error is multiplied')
+    elif any(speed * nearest < 0.0 for speed in speeds) and max(errors) - min(errors) < wanted.tolerance:
+        yield (f'it keeps {wanted.value + statistics.median(errors):.2f} m, and not {wanted.value:g} m: check the goal '
+               'of the program')
 
 
-def _passed(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A vehicle that hardly steers."""
+def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A vehicle that hardly steers, or is too slow to get there."""
     most = max((max(abs(command.linear_y), abs(command.angular_z)) for command in observed.commands), default=0.0)
-    if STANDING < most < 2.0 * HARDLY:
+    speed = statistics.median([math.hypot(*command[1:3]) for command in observed.commands] or [0.0])
+    if STANDING < most < 2.0 * HARDLY and speed > most:
         yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
                'difference is multiplied')
+    elif (wanted.x is not None and observed.track and speed > MOVING and speed * exercise.time < math.dist(
+            observed.track[0][1:3], (wanted.x, wanted.y)) - wanted.tolerance):
+        yield f'it is too slow: with {speed:.2g} m/s it does not get there in {exercise.time:.0f} s; drive faster'
 
 
 def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
@@ -296,6 +318,13 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         yield f'{wanted.turtle} drives backward: linear.x has to be positive, such as the distance'
     elif track and turned < TURNED_WELL:
         yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
+    elif len(track) > 1 and observed.track:
+        apart = math.dist(track[-1][1:3], observed.track[-1][1:3])
+        late = [sample for sample in track if sample.t >= track[-1].t - 1.0]
+        if (apart > wanted.distance and len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) < WALL
+                and not _touches_wall(*track[-1][1:3])):
+            yield (f'{wanted.turtle} stops {apart:.1f} m away from turtle1: let it drive on until that is less than '
+                   f'{wanted.distance:g} m')
 
 
 def _leads_away(track: Sequence[Sample], leader: Sequence[Sample]) -> bool:
@@ -315,6 +344,11 @@ def _at_wall(observed: Observed) -> bool:
     """Return whether it was driven against a wall."""
     return bool(observed.commands) and any(
         _touches_wall(sample.x, sample.y) for sample in observed.track if sample.t >= observed.reset_at())
+
+
+def _stays_at_wall(observed: Observed) -> bool:
+    """Return whether it is at a wall in the whole second half of its track."""
+    return all(_touches_wall(sample.x, sample.y) for sample in observed.track[len(observed.track) // 2:])
 
 
 def _touches_wall(x: float, y: float) -> bool:

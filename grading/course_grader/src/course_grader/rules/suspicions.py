@@ -64,7 +64,7 @@ def _without_a_pause(one: Program) -> Optional[int]:
     return None
 
 
-def _in_degrees(one: Program) -> Iterator[str]:
+def in_degrees(one: Program) -> Iterator[str]:
     """An angle that is converted to degrees, and not only for output."""
     shown = {part for node in one.nodes if isinstance(node, ast.JoinedStr) or isinstance(node, ast.Call)
              and SHOWS.fullmatch(last(node.func)) for part in ast.walk(node)}
@@ -260,6 +260,18 @@ def _own_heading(one: Program) -> Iterator[str]:
             return
 
 
+def same_part_twice(one: Program) -> Iterator[str]:
+    """``(pose.x, pose.x, 0)``."""
+    for node in one.nodes:
+        if isinstance(node, ast.Tuple) and len(node.elts) > 1:
+            parts = [{dotted(part) for part in ast.walk(element) if isinstance(part, ast.Attribute)
+                      and part.attr in ('x', 'y')} for element in node.elts[:2]]
+            for name in sorted(parts[0] & parts[1] - {''}):
+                other = name[:-1] + {'x': 'y', 'y': 'x'}[name[-1]]
+                if parts[0] == parts[1]:
+                    yield f'line {node.lineno} uses {name} twice, and {other} not at all'
+
+
 def sleeps_in_a_callback(one: Program) -> Iterator[str]:
     """A callback that waits, while the next messages queue up behind it."""
     for function in callbacks(one):
@@ -286,9 +298,9 @@ def only_debugs(one: Program) -> Iterator[str]:
 
 
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
-    _grows, _rounds_down, _in_degrees, _swapped_atan2, _part_of_a_quaternion, _angle_in_a_quaternion,
+    _grows, _rounds_down, in_degrees, _swapped_atan2, _part_of_a_quaternion, _angle_in_a_quaternion,
     _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
-    _before_it_is_connected, sleeps_in_a_callback, _no_pause)
+    _before_it_is_connected, sleeps_in_a_callback, _no_pause, same_part_twice)
 
 
 def found(one: Program, positions: bool) -> List[str]:

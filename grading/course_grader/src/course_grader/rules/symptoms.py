@@ -174,7 +174,8 @@ def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], l
         usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
         yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
     elif any(check in lost for check in PRINTED):
-        yield from suspicions.sleeps_in_a_callback(program)
+        for suspect in (suspicions.sleeps_in_a_callback, suspicions.in_degrees, suspicions.same_part_twice):
+            yield from suspect(program)
     if 'prints' in lost:
         yield from suspicions.only_debugs(program)
 
@@ -226,8 +227,13 @@ def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[sou
     written = source_mistakes.names(program) if program else ()  # a launch file may put them into a namespace
     used.update((name, 'uses') for name in written if not any(other.endswith(name) for other in used))
     groups = {_space(name) for name in known | set(dict(observed.connections))}  # of an action, for example
+    nodes = [name for name in dict(observed.connections) if name.endswith('/get_loggers')]
     for name, role in used.items():
-        if name not in known and name.lstrip('/') not in groups and not names.OF_EVERY_NODE.fullmatch(name):
+        if name in known or name.lstrip('/') in groups or names.OF_EVERY_NODE.fullmatch(name):
+            continue
+        if nodes and not _space(name) and all(node.count('/') > 2 for node in nodes):
+            yield f'{name} begins with a slash, so that the namespace of its node changes nothing: write {name[1:]!r}'
+        else:
             free = {other for other in known if (other, role) not in observed.connections}  # the others are right
             meant = names.meant(name, likely & free) or names.meant(name, free)
             space = _space(name)
