@@ -54,10 +54,10 @@ class Report:
         header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 accepts no leading /
         deadline = time.monotonic() + self.output.tolerance
         self._waiting.append(Waiting(arrival, deadline, header, [m for m in markers if m.reported]))
-        if header.frame_id:
+        if header.frame_id and self._transforms.wanted():
             self._send_transforms(header, markers)
         self.flush()
-        if header.frame_id:
+        if header.frame_id and self._cubes.wanted():
             for marker in markers:
                 self._cubes.publish(conversions.rviz_marker_of(marker, header))
 
