@@ -97,9 +97,7 @@ def watch(limit, seconds, settle=1.0, width=640, height=480, colour=False):
 def video(path, truth, limit, seconds, settle=1.0):
     """Do the same with a video of course_video; also report what is found in the frames that were answered.
 
-    Also reports: ``seen``, how many markers these frames show, ``truth`` by the file of that name; ``found``, how many
-    of them were found; ``other``: ids that are nowhere on the wall; ``off``: errors of their positions [% of the
-    distance].
+    Also reports: what course_video.compared returns; ``truth`` is the file of what they show.
     """
     for name, value in (('output_frame', FRAME), ('marker_size', 100.0 * course_video.SIZE), ('max_frequency', limit)):
         rospy.set_param(f'{NODE}/{name}', value)
@@ -114,9 +112,10 @@ def video(path, truth, limit, seconds, settle=1.0):
 
 
 def _markers_in(data):
-    """Return (id, position) of the markers in an AlvarMarkers as bytes."""
-    places = [(marker.id, marker.pose.pose.position) for marker in AlvarMarkers().deserialize(data).markers]
-    return [(number, (place.x, place.y, place.z)) for number, place in places]
+    """Return (id, pose (7,)) of the markers in an AlvarMarkers as bytes."""
+    poses = [(marker.id, marker.pose.pose) for marker in AlvarMarkers().deserialize(data).markers]
+    return [(number, [getattr(part, axis) for part, axes in ((pose.position, 'xyz'), (pose.orientation, 'xyzw'))
+                      for axis in axes]) for number, pose in poses]
 
 
 def _measure(camera, seconds, settle):

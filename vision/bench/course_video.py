@@ -1,8 +1,8 @@
 """A video of a course: a hand-held camera with a rolling shutter moves along a wall of markers.
 
 Each row of an image is exposed for EXPOSURE, later than the one above it, and shows the wall as it is seen then. Values
-have the gamma of a real camera, and the video is compressed. What was shown is known: ids, and positions at the time at
-which the middle of a marker was exposed.
+have a gamma, and the video is compressed. What was shown is known: ids, and poses at the time at which the middle of a
+marker was exposed.
 """
 import contextlib
 import functools
@@ -16,6 +16,7 @@ import numpy as np
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from marker_classes import marker_cells
+from marker_score import rotation_between
 
 WIDTH, HEIGHT, RATE = 640, 480, 30.0  # px; Hz
 SIZE = 0.10  # [m] of the markers
@@ -25,13 +26,16 @@ POSTERS = 60
 BLACK, PAPER = 25.0, 205.0  # greys of the print
 READOUT, EXPOSURE = 0.020, 0.008  # [s] from the first row to the last; that each is exposed
 MOMENTS, KNOTS = 6, 9  # of an exposure; of the way of the camera during an image
-BLUR, NOISE, GAMMA = 0.6, 2.0, 2.2  # [px] of the lens; [greys]; of the camera
+BLUR, NOISE, GAMMA = 0.6, 2.0, 2.2  # [px] of the lens; [greys]; of a real camera (1: linear)
 INSIDE = 3.0  # [px] from the rim of the image at which a corner counts as seen
 CODECS = {'avc1': 'H.264', 'mp4v': 'MPEG-4 (this OpenCV encodes no H.264)'}  # the first one that OpenCV encodes
 
 
 class Video(NamedTuple):
-    """A video: its file, the name of its codec, and for each frame the positions [m] of markers that it shows."""
+    """A video: its file, the name of its codec, and for each frame {id: pose} of what it shows.
+
+    A pose has seven numbers: the position [m] in the camera, and the orientation x, y, z, w.
+    """
 
     path: str
     codec: str
@@ -71,8 +75,8 @@ def _on_picture(x, y):
     return (x + SPAN[0] / 2) * FINE, (SPAN[1] / 2 - y) * FINE
 
 
-def frame(number, camera):
-    """Return the grey image (HEIGHT, WIDTH) uint8 of a frame, and {id: position (3,) [m]} of what it shows."""
+def frame(number, camera, gamma=GAMMA):
+    """Return the grey image (HEIGHT, WIDTH) uint8 of a frame, and {id: pose (7,)} of what it shows."""
     rng, begun = np.random.default_rng([7, number]), number / RATE
     columns, rows = np.arange(WIDTH, dtype=np.float32), np.arange(HEIGHT)
     times = np.linspace(0, READOUT + EXPOSURE, KNOTS)
@@ -86,7 +90,7 @@ def frame(number, camera):
         light += cv2.remap(wall(), x / w, y / w, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
     light = cv2.GaussianBlur(light / MOMENTS, (0, 0), BLUR)
     light += rng.normal(0, NOISE, light.shape)
-    image = np.round(255 * (np.clip(light, 0, 255) / 255) ** (1 / GAMMA)).astype(np.uint8)
+    image = np.round(255 * (np.clip(light, 0, 255) / 255) ** (1 / gamma)).astype(np.uint8)
     return image, _shown(begun, camera)
 
 
@@ -109,24 +113,24 @@ def _shown(begun, camera):
             corners = drawing.project(camera, rotation, middle, drawing.object_corners(SIZE))
             row = corners[:, 1].mean()
         if (corners > INSIDE).all() and (corners < [WIDTH - INSIDE, HEIGHT - INSIDE]).all():
-            shown[number] = middle
+            shown[number] = np.concatenate([middle, rotations.quaternion_from_matrix(rotation)])
     return shown
 
 
-def make(folder, seconds):
+def make(folder, seconds, gamma=GAMMA):
     """Write a video of this length into a folder; return the Video."""
     camera = default_camera(WIDTH, HEIGHT)
     for codec in CODECS:
-        path = os.path.join(folder, f'course_{codec}.mp4')
+        path = os.path.join(folder, f'course_{gamma:g}_{codec}.mp4')
         with _quiet():
             writer = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*codec), RATE, (WIDTH, HEIGHT))
         if writer.isOpened():
             break
     shown = []
     for number in range(int(seconds * RATE)):
-        image, positions = frame(number, camera)
+        image, poses = frame(number, camera, gamma)
         writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
-        shown.append({str(key): value.tolist() for key, value in positions.items()})
+        shown.append({str(key): value.tolist() for key, value in poses.items()})
     writer.release()
     return Video(path, CODECS[codec], shown)
 
@@ -142,23 +146,26 @@ def frames_of(path):
 
 
 def compared(answers):
-    """Return what is found in frames: ``answers`` are their {id: position} as shown, and (id, position) as found.
+    """Return what is found in frames: ``answers`` are their {id: pose} as shown, and (id, pose) as found.
 
     ``seen``: markers that they show; ``found``: how many of these; ``other``: ids that are not on the wall; ``off``:
-    errors of positions [% of the distance].
+    errors of positions, ``far``: of distances, above 0 if too long [% of the distance]; ``turned``: of rotations [deg].
     """
     seen = found = other = 0
-    off = []
+    off, far, turned = [], [], []
     for shown, markers in answers:
         seen += len(shown)
-        by_id = {str(number): place for number, place in markers}
+        by_id = {str(number): pose for number, pose in markers}
         other += sum(int(number) not in WALL for number in by_id)
-        for number, position in shown.items():
+        for number, pose in shown.items():
             if number in by_id:
                 found += 1
-                error = np.subtract(by_id[number], position)
-                off.append(100.0 * float(np.linalg.norm(error) / np.linalg.norm(position)))
-    return {'seen': seen, 'found': found, 'other': other, 'off': off}
+                (position, orientation), (place, turn) = ((each[:3], each[3:]) for each in (pose, by_id[number]))
+                distance = float(np.linalg.norm(position))
+                off.append(100.0 * float(np.linalg.norm(np.subtract(place, position))) / distance)
+                far.append(100.0 * (float(np.linalg.norm(place)) / distance - 1.0))
+                turned.append(rotation_between(orientation, turn))
+    return {'seen': seen, 'found': found, 'other': other, 'off': off, 'far': far, 'turned': turned}
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ from statistics import pstdev
 import cv2
 
 import course_video
+from alvar_core import rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
@@ -59,28 +60,29 @@ def watch(name, subject, scale):
 
 
 VIDEO = f'video of a moving camera, {course_video.WIDTH}x{course_video.HEIGHT} bgr8, {course_video.RATE:g} Hz'
+GAMMAS = {'video': course_video.GAMMA, 'video_linear': 1.0}  # of the measurements with a video
 LENGTHS = {True: 2, False: 10}  # [s] of the video, quick and in full
 
 
-_made = []  # the Video, the file of what it shows, and the folder, which is deleted at the end
+_made = {}  # by gamma: the Video, the file of what it shows, and the folder, which is deleted at the end
 
 
-def _video(seconds):
+def _video(seconds, gamma):
     """Return the Video and the file of what it shows."""
-    if not _made:
+    if gamma not in _made:
         folder = tempfile.TemporaryDirectory(prefix='turtle_robotont_video_')
-        made = course_video.make(folder.name, seconds)
+        made = course_video.make(folder.name, seconds, gamma)
         truth = os.path.join(folder.name, 'shown.json')
         with open(truth, 'w', encoding='utf-8') as file:
             json.dump(made.shown, file)
-        _made.extend([made, truth, folder])
-    return _made[:2]
+        _made[gamma] = made, truth, folder
+    return _made[gamma][:2]
 
 
-def video(subject, scale):
-    """Show a node the video of a moving camera, at its rate."""
-    made, truth = _video(LENGTHS[scale == QUICK])
+def video(name, subject, scale):
+    """Show a node the video of a moving camera, at its rate; ``name`` is one of GAMMAS."""
     seconds = LENGTHS[scale == QUICK]  # each frame about once
+    made, truth = _video(seconds, GAMMAS[name])
     with subject.probe(PROBE, 'video', path=made.path, truth=truth, limit=course_video.RATE, seconds=seconds) as probe:
         answer(probe, seconds)
         with subject.node() as node:
@@ -88,27 +90,28 @@ def video(subject, scale):
                 answer(probe, 0.0, node)
             cpu = Cpu(node.pid)
             timed = answer(probe, seconds, node)
-            used = cpu.percent()
+            used, each = cpu.percent(), 1e3 * cpu.seconds() / max(1, len(timed['stamps']))
             found = answer(probe, seconds, node)
     milliseconds = [1e3 * each for each in timed['times']]
-    return {'latency_video': milliseconds, 'jitter_video': [pstdev(milliseconds)], 'cpu_video': [used],
-            'rate_video': [mean_rate(timed['stamps'])], **_compared('video', found)}
+    return {f'latency_{name}': milliseconds, f'jitter_{name}': [pstdev(milliseconds)], f'cpu_{name}': [used],
+            f'image_cpu_{name}': [each], f'rate_{name}': [mean_rate(timed['stamps'])], **_compared(name, found)}
 
 
 def _compared(key, found):
     return {f'found_{key}': [100.0 * found['found'] / found['seen']], f'other_{key}': [found['other']],
-            f'off_{key}': found['off']}
+            **{f'{what}_{key}': found[what] for what in ('off', 'far', 'turned')}}
 
 
 def detectors(_subject, scale):
     """Search the frames of the video in turns with the tracker, the detector and ArUco; time their processor."""
     cv2.setNumThreads(1)
-    made, _ = _video(LENGTHS[scale == QUICK])
+    made, _ = _video(LENGTHS[scale == QUICK], GAMMAS['video'])
     camera, size = default_camera(course_video.WIDTH, course_video.HEIGHT), course_video.SIZE
     tracker, detector, baseline = Tracker(Detector(size)), Detector(size), ArucoBaseline()
-    tools = {'tracker': lambda image: [(each.id, each.position) for each in tracker.update(image, camera)],
-             'detector': lambda image: [(each.id, each.position) for each in detector.detect(image, camera)],
-             'aruco': lambda image: [(each['id'], each['position']) for each in baseline.detect(image, camera, size)]}
+    tools = {'tracker': lambda image: [_pose(each) for each in tracker.update(image, camera)],
+             'detector': lambda image: [_pose(each) for each in detector.detect(image, camera)],
+             'aruco': lambda image: [(each['id'], each['position'] + each['orientation'])
+                                     for each in baseline.detect(image, camera, size)]}
     answers, samples = {tool: [] for tool in tools}, {}
     for image, shown in zip(course_video.frames_of(made.path), made.shown):
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
@@ -122,16 +125,22 @@ def detectors(_subject, scale):
     return samples
 
 
+def _pose(detection):
+    return detection.id, [*detection.position, *rotations.quaternion_from_matrix(detection.rotation)]
+
+
 MEASUREMENTS = {'start': Measurement(start, 'start to first message'),
                 **{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()},
-               'video': Measurement(video, VIDEO),
+               **{name: Measurement(functools.partial(video, name), f'{VIDEO}, gamma {gamma:g}')
+                  for name, gamma in GAMMAS.items()},
                'detectors': Measurement(detectors, 'the frames of this video without ROS, beside ArUco',
                                         in_process=True)}
 
 
 def preface(_pools):
     """Return what the video is, as text."""
-    return f'Video: {len(_made[0].shown)} frames, {_made[0].codec}' if _made else ''
+    return '\n'.join(f'Video, gamma {gamma:g}: {len(made.shown)} frames, {made.codec}'
+                     for gamma, (made, *_) in _made.items())
 
 
 def _figures():
@@ -146,20 +155,30 @@ def _figures():
 
 
 def _video_figures():
-    yield Figure(f'picture to message, {VIDEO}, median', 'latency_video', 'ms', median, Target('below', 15.0))
-    yield Figure(f'picture to message, {VIDEO}, p95', 'latency_video', 'ms', p95)
-    yield Figure(f'jitter (standard deviation of this time), {VIDEO}', 'jitter_video', 'ms', median)
-    yield Figure(f'rate, {VIDEO}', 'rate_video', 'Hz', median)
-    yield Figure(f'CPU, {VIDEO}', 'cpu_video', '% of a core', median)
-    for key, words in (('video', 'node'), ('tracker', 'tracker without ROS'), ('detector', 'each frame on its own'),
-                       ('aruco', 'ArUco')):
-        if key != 'video':
-            yield Figure(f'CPU of a frame, video, {words}, median', f'frame_cpu_{key}', 'ms', median)
-            yield Figure(f'CPU of a frame, video, {words}, p95', f'frame_cpu_{key}', 'ms', p95)
-        yield Figure(f'markers found, video, {words}', f'found_{key}', '%', median)
-        yield Figure(f'ids that are not there, video, {words}', f'other_{key}', 'in all', max,
-                     None if key == 'aruco' else Target('below', 1))
-        yield Figure(f'position error, video, {words}, median', f'off_{key}', '% of distance', median)
+    for name, gamma in GAMMAS.items():
+        shown = f'{VIDEO}, gamma {gamma:g}'
+        yield Figure(f'picture to message, {shown}, median', f'latency_{name}', 'ms', median, Target('below', 15.0))
+        yield Figure(f'picture to message, {shown}, p95', f'latency_{name}', 'ms', p95)
+        yield Figure(f'jitter (standard deviation of this time), {shown}', f'jitter_{name}', 'ms', median)
+        yield Figure(f'rate, {shown}', f'rate_{name}', 'Hz', median)
+        yield Figure(f'CPU, {shown}', f'cpu_{name}', '% of a core', median)
+        yield Figure(f'CPU of an image, {shown}', f'image_cpu_{name}', 'ms', median)
+        yield from _answers(name, f'node, gamma {gamma:g}')
+    for key, words in (('tracker', 'tracker without ROS'), ('detector', 'each frame on its own'), ('aruco', 'ArUco')):
+        yield Figure(f'CPU of a frame, video, {words}, median', f'frame_cpu_{key}', 'ms', median)
+        yield Figure(f'CPU of a frame, video, {words}, p95', f'frame_cpu_{key}', 'ms', p95)
+        yield from _answers(key, words)
+
+
+def _answers(key, words):
+    yield Figure(f'markers found, video, {words}', f'found_{key}', '%', median)
+    yield Figure(f'ids that are not there, video, {words}', f'other_{key}', 'in all', max,
+                 None if key == 'aruco' else Target('below', 1))
+    yield Figure(f'position error, video, {words}, median', f'off_{key}', '% of distance', median)
+    yield Figure(f'position error, video, {words}, p95', f'off_{key}', '% of distance', p95)
+    yield Figure(f'distance too long, video, {words}, median', f'far_{key}', '%', median)
+    yield Figure(f'rotation error, video, {words}, median', f'turned_{key}', 'deg', median)
+    yield Figure(f'rotation error, video, {words}, p95', f'turned_{key}', 'deg', p95)
 
 
 FIGURES = (Figure('start to first message', 'start', 's', median, Target('below', 2.0)), *_figures(),

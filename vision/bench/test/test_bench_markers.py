@@ -11,6 +11,7 @@ import no_markers
 import suite_markers
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
+from aruco_baseline import ArucoBaseline
 from figures import OURS
 from processes import BenchError
 from rospy_support import images
@@ -72,6 +73,14 @@ def test_classes_are_scored_once_and_shown():
     assert suite_markers.MEASUREMENTS['classes'].run(None, count) == pool
     lines = suite_markers.preface({OURS: pool}).splitlines()
     assert lines[0].startswith('By class, development half') and lines[2].startswith('even           100.0')
+
+
+def test_every_id_is_in_the_baselines_dictionary():
+    camera, baseline = default_camera(), ArucoBaseline()
+    for number in range(0, 256, 15):
+        blank = np.full((480, 640), 220, np.uint8)
+        blank[150:330, 200:380] = drawing.marker_image(number, 180)
+        assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
 
 
 def test_folder_without_frames_is_refused(tmp_path):

@@ -7,8 +7,11 @@ import pytest
 import class_scores
 import marker_classes
 import photo
+from alvar_core import drawing, rotations
+from alvar_core.camera import default_camera
 from marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
 
+CAMERA = default_camera()
 SURFACES = [photo.Flat(), photo.Cylinder(0.06, 0.7), photo.Cylinder(-0.1, 2.0), photo.Creased(0.2, 1.0, 0.01)]
 
 
@@ -33,6 +36,26 @@ def test_rays_meet_the_sheet_where_it_is(surface):
     met = surface.to_sheet(origin, rays)
     for k in range(len(s)):
         assert any(good[k] and abs(u[k] - s[k]) < 1e-9 and abs(v[k] - t[k]) < 1e-9 for u, v, _, good in met)
+
+
+def test_flat_marker_is_drawn_where_its_corners_are():
+    rotation, position = rotations.facing(0.5, 1.0, 0.3), np.array([0.02, 0.01, 0.3])
+    sheet = photo.Sheet(marker_classes.marker_cells(42), 42, 0.05, rotation, position)
+    shot = photo.Photo(CAMERA, (640, 480), [sheet]).render(np.random.default_rng(1))
+    found = class_scores.detector_of(0.05)(shot, CAMERA)
+    assert [each['id'] for each in found] == [42]
+    assert np.abs(np.subtract(found[0]['corners'], sheet.corners(CAMERA))).max() < 0.15  # px
+    assert sheet.corners(CAMERA) == pytest.approx(drawing.project(CAMERA, rotation, position,
+                                                                  drawing.object_corners(0.05)))
+
+
+def test_lights_leave_what_they_say():
+    x, y = np.meshgrid(np.arange(-100.0, 101.0), np.zeros(1))
+    assert photo.shadow((0, 0), 0.0, 2.0, 0.3)(x, y)[0, [0, 100, 200]] == pytest.approx([0.3, 0.65, 1.0])
+    assert photo.band((0, 0), 0.0, 20.0, 2.0, 0.3)(x, y)[0, [0, 100, 200]] == pytest.approx([1.0, 0.3, 1.0])
+    dark = photo.stripes((0, 0), 0.0, 50.0, 0.4, 0.5, 0.2)(x, y)[0] < 0.6
+    assert dark.mean() == pytest.approx(0.4, abs=0.02)
+    assert photo.spot((0, 0), 10.0, 80.0)(x, y)[0, [100, 110]] == pytest.approx([80, 80 * np.exp(-0.5)])
 
 
 @pytest.mark.parametrize('name', [*KINDS, LOOK_ALIKES])

@@ -1,5 +1,7 @@
 """Publish the markers in an image: tf and cubes in the camera's frame at once, poses once the transform is known.
 
+tf goes first, so that a callback of ar_pose_marker can ask it for the markers at the stamp of the message.
+
 Threading contract: one thread uses a Report.
 """
 import time
@@ -8,7 +10,7 @@ from dataclasses import dataclass
 
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from std_msgs.msg import Header
-from tf2_ros import TransformBroadcaster
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from ar_track_alvar import conversions
@@ -40,7 +42,7 @@ class Report:
         self._waiting = deque()
         self._poses = LatestPublisher('ar_pose_marker', AlvarMarkers)
         self._cubes = LatestPublisher('visualization_marker', Marker)
-        self._broadcaster = TransformBroadcaster()
+        self._transforms = LatestPublisher('/tf', TFMessage)  # written before publish() returns
 
     @property
     def retry(self):
@@ -52,9 +54,12 @@ class Report:
         header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 accepts no leading /
         deadline = time.monotonic() + self.output.tolerance
         self._waiting.append(Waiting(arrival, deadline, header, [m for m in markers if m.reported]))
+        if header.frame_id and self._transforms.wanted():
+            self._send_transforms(header, markers)
         self.flush()
-        if header.frame_id:
-            self._in_camera_frame(header, markers)
+        if header.frame_id and self._cubes.wanted():
+            for marker in markers:
+                self._cubes.publish(conversions.rviz_marker_of(marker, header))
 
     def flush(self):
         """Publish poses that have waited for their transform, in order; report missing transforms."""
@@ -82,12 +87,10 @@ class Report:
         self._poses.publish(AlvarMarkers(header, [conversions.alvar_marker_of(m, header, *pose) for m in markers]))
         self._statistics.published(time.monotonic() - waiting.arrival)
 
-    def _in_camera_frame(self, header, markers):
+    def _send_transforms(self, header, markers):
         reported = {}  # if several markers have one id, tf gets the one with the highest confidence
         for marker in sorted(markers, key=lambda m: m.confidence):
             if marker.reported:
                 reported[marker.id] = marker
         if reported:
-            self._broadcaster.sendTransform([conversions.transform_of(m, header) for m in reported.values()])
-        for marker in markers:
-            self._cubes.publish(conversions.rviz_marker_of(marker, header))
+            self._transforms.publish(TFMessage([conversions.transform_of(m, header) for m in reported.values()]))
