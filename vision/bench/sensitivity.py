@@ -2,7 +2,8 @@
 
 The scenes add what the frames lack: markers of 7x7 cells (``7x7``), markers with other margins than the detector's
 (``margin``), motion (``tracking``), bundles, half of them with a marker that has moved (``bundles``), shadows
-(``light``) and bent paper (``paper``). Thresholds of only the tracker or only bundles are tried on their scenes alone.
+(``light``), bent paper (``paper``) and markers of few pixels (``small``). Thresholds of only the tracker or only
+bundles are tried on their scenes alone.
 """
 import math
 import multiprocessing
@@ -29,14 +30,16 @@ STEPS = {'window': 2}  # the window of a Pass is odd
 SIZE = 0.1  # m, of rendered markers
 MIN_TURN_CHANGE = 0.05  # degrees: smaller changes of the rotation error are not reported
 PAPER_CLASSES = ('even', 'bent 10 cm', 'bent 6 cm', 'creased')
-OF_PAPER = re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD')  # thresholds that are also tried on paper
+SMALL_CLASSES = ('10 to 13.5 px', '13 to 20 px', 'look-alikes')
+ALSO_ON = {'paper': re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD'),  # sets, and what is tried on them, too
+           'small': re.compile('SMALL|MIN_SCORE_GAP')}
 LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
 GLARE_CLASSES = ('laminate', 'tape', 'glare', 'exposure', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
 OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
               'broken_outlines': 'light', 'edge_alignment': 'light', 'striped_light': 'light', 'glare': 'glare',
               'bent_paper': 'paper'}  # of the thresholds that only these modules use
-PHOTOS = 4  # of each class
+PHOTOS = {'light': 4, 'glare': 4, 'paper': 4, 'small': 24}  # of each class
 
 
 class Part(NamedTuple):
@@ -126,9 +129,9 @@ class Scenes:
         self.margins = [self._random(400 + seed, 4, margin=(1, 3)[seed % 2]) for seed in range(0, 24, every)]
         self.motion = [list(self._moving(500 + seed)) for seed in range(0, 4, every)]
         self.photos = {key: [marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
-                             for name in names for number in range(0, PHOTOS, every)]
+                             for name in names for number in range(0, PHOTOS[key], every)]
                        for key, names in (('light', LIGHT_CLASSES), ('glare', GLARE_CLASSES),
-                                          ('paper', PAPER_CLASSES))}
+                                          ('paper', PAPER_CLASSES), ('small', SMALL_CLASSES))}
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):
@@ -266,8 +269,7 @@ def _try(part: Part) -> List[Dict[str, Dict[str, float]]]:
     """Return the figures with a Part changed down and up."""
     scenes = {OWN_SCENES.get(module, '') for module in modules_using()[part.threshold]}
     sets = list(scenes) if len(scenes) == 1 else ['']
-    if OF_PAPER.search(part.threshold) and 'paper' not in sets:
-        sets.append('paper')
+    sets += [name for name, names in ALSO_ON.items() if names.search(part.threshold) and name not in sets]
     after = []
     for sign in (-1, 1):
         with set_to(part, changed(part, sign)), np.errstate(all='ignore'):
@@ -279,7 +281,7 @@ def report(frames, progress=lambda text: None) -> Tuple[str, Dict[str, Any]]:
     """Return the report of all thresholds on these suite_markers.Frames, as text and as a dictionary."""
     _scenes[:] = [Scenes(frames)]
     before: Dict[str, Dict[str, float]] = {}
-    for only in ('', *dict.fromkeys(OWN_SCENES.values())):
+    for only in ('', *dict.fromkeys((*OWN_SCENES.values(), *ALSO_ON))):
         before.update(figures(_scenes[0].run(only)))
     rows, every, all_figures = [], parts(), {}
     with multiprocessing.get_context('fork').Pool(os.cpu_count()) as pool:

@@ -1,4 +1,4 @@
-// candidates.refined, candidates.distinct and candidates.in_turn
+// candidates.refined, candidates.distinct, candidates.in_turn and uneven_light.free_of
 #include <cstring>
 #include <numeric>
 
@@ -86,7 +86,8 @@ int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thr
         const float reach = limit.SIDE_REACH * std::sqrt(std::fabs(area(q)));
         Side sides[4];
         float typical[4];
-        for (int k = 0; k < 4; ++k) {
+        int flat = 0;
+        for (int k = 0; k < 4 && (flat < 2 || trail); ++k) {  // two are enough
             Side& side = sides[k];
             const int next = (k + 1) % 4;
             side.x = q[2 * k], side.y = q[2 * k + 1];
@@ -95,10 +96,10 @@ int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thr
             side.normal_x = side.along_y / length, side.normal_y = -side.along_x / length;
             read_side(smooth, side, reach, limit.SIDE_NEARNESS);
             typical[k] = side.typical;
+            flat += !(side.typical > limit.MIN_SIDE_RISE);
         }
-        const float rise = nth(typical, 4, 1);
-        if (!(rise > limit.MIN_SIDE_RISE)) {
-            end_at(trail, q, {"MIN_SIDE_RISE", rise, limit.MIN_SIDE_RISE});
+        if (flat >= 2) {
+            if (trail) end_at(trail, q, {"MIN_SIDE_RISE", nth(typical, 4, 1), limit.MIN_SIDE_RISE});
             continue;
         }
         for (Side& side : sides) move(side, reach, limit.SIDE_OUTLIERS);
@@ -144,4 +145,15 @@ std::vector<int> alvar::in_turn(const double* quads, const std::vector<int>& whi
     order.resize(turn.most);
     std::sort(order.begin(), order.end());
     return order;
+}
+
+std::vector<std::uint8_t> alvar::free_of(const std::vector<double>& squares, int count, const double* points) {
+    std::vector<std::uint8_t> free(count);
+    for (int i = 0; i < count; ++i) {
+        bool inside = false;
+        for (const double* s = squares.data(); !inside && s < squares.data() + squares.size(); s += 3)
+            inside = std::fabs(points[2 * i] - s[0]) <= s[2] && std::fabs(points[2 * i + 1] - s[1]) <= s[2];
+        free[i] = !inside;
+    }
+    return free;
 }

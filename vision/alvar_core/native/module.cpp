@@ -365,6 +365,17 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         py::kw_only(), "quads"_a, "which"_a, "most"_a, "first"_a);
 
     m.def(
+        "free_of",
+        [](const Doubles& squares, const Doubles& points) {
+            check(squares, {kAny, 3}, "squares"), check(points, {kAny, 2}, "points");
+            const auto free = free_of(vector_of(squares), points.shape(0), points.data());
+            auto out = line_of<bool>(free.size());
+            std::copy(free.begin(), free.end(), out.mutable_data());
+            return out;
+        },
+        py::kw_only(), "squares"_a, "points"_a);
+
+    m.def(
         "distinct_parts",
         [](const py::array_t<std::uint8_t>& smooth, const Doubles& parts, const Thresholds& limit) {
             check(parts, {kAny, 2, 2}, "parts");

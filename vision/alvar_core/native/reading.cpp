@@ -9,23 +9,24 @@ namespace {
 
 using namespace alvar;
 
-// sums (kBatch, columns) = values (kBatch, rows) times a matrix (rows, columns): the matrix is read once, and the sums
-// once for three of its rows
+// sums (count, columns) = values (count, rows) times a matrix (rows, columns): the matrix is read once, and the sums
+// once for three of its rows; `count` is at most kBatch
 constexpr int kBatch = 4, kTogether = 3;
 
-void times(const float* values, const float* __restrict matrix, int rows, int columns, float* __restrict sums) {
-    std::fill(sums, sums + kBatch * columns, 0.0f);
+void times(const float* values, const float* __restrict matrix, int count, int rows, int columns,
+           float* __restrict sums) {
+    std::fill(sums, sums + count * columns, 0.0f);
     int k = 0;
     for (; k + kTogether <= rows; k += kTogether) {
         const float* row = matrix + std::size_t(k) * columns;
-        for (int b = 0; b < kBatch; ++b) {
+        for (int b = 0; b < count; ++b) {
             const float *of = values + b * rows + k, x = of[0], y = of[1], z = of[2];
             float* sum = sums + b * columns;
             for (int i = 0; i < columns; ++i) sum[i] += x * row[i] + y * row[columns + i] + z * row[2 * columns + i];
         }
     }
     for (; k < rows; ++k)
-        for (int b = 0; b < kBatch; ++b)
+        for (int b = 0; b < count; ++b)
             for (int i = 0; i < columns; ++i)
                 sums[b * columns + i] += values[b * rows + k] * matrix[std::size_t(k) * columns + i];
 }
@@ -143,7 +144,7 @@ void CoarseDecoder::match_words(const Image& smooth, const std::vector<int>& pla
             std::copy_n(&found.h[9 * places[first + k]], 9, single);
             read(smooth, single, cells.data(), points, 0, points, &grey[k * points]);
         }
-        times(grey.data(), drawn.data(), points, all_words, of_words.data());
+        times(grey.data(), drawn.data(), some, points, all_words, of_words.data());
         for (int k = 0; k < some; ++k) {
             float *fits = &of_words[k * all_words], score_gap;
             const int place = places[first + k];
@@ -160,9 +161,9 @@ double CoarseDecoder::fit(const Image& smooth, const double* quad, double spread
     float single[9];
     from_square(quad, half / spread, h);  // of places that are so many times as large
     std::copy(h, h + 9, single);
-    std::vector<float> grey(kBatch * points), of_words(kBatch * all_words);
+    std::vector<float> grey(points), of_words(all_words);
     read(smooth, single, cells.data(), points, 0, points, grey.data());
-    times(grey.data(), words.data(), points, all_words, of_words.data());
+    times(grey.data(), words.data(), 1, points, all_words, of_words.data());
     scale(grey.data(), of_words.data());
     return *std::max_element(of_words.begin(), of_words.begin() + all_words);
 }

@@ -11,11 +11,20 @@ namespace {
 
 using namespace alvar;
 
-constexpr int kNumbers = 256;
+constexpr int kNumbers = 256, kTogether = 8;  // candidates that are examined at a time
 
 struct Place {
     double x, y, side;
+
+    // Whether the middle of another one is nearer than `reach`
+    bool is_near(const Place& other, double reach) const {
+        return (x - other.x) * (x - other.x) + (y - other.y) * (y - other.y) < reach * reach;
+    }
 };
+
+Place place_of(const double* q) {
+    return {(q[0] + q[2] + q[4] + q[6]) / 4, (q[1] + q[3] + q[5] + q[7]) / 4, std::sqrt(std::fabs(area(q)))};
+}
 
 // A Start with the drawing of what was read, and the Start before it
 struct Changed {
@@ -54,17 +63,31 @@ public:
           half(0.5 * search.aligner.cells),
           trail(explain ? &result.ended : nullptr) {}
 
-    SearchResult run(std::vector<double> quads) {
-        const int count = refine_sides(smooth, quads.size() / 8, quads.data(), limit, trail);
-        quads.resize(8 * count);
-        const CoarseMatch match = is.decoder.match(smooth, count, quads.data(), limit, trail);
-        std::vector<double> dark(8 * match.kept.size()), rank;
+    SearchResult run(const std::vector<double>& quads) {
+        std::vector<double> dark, rank;
         std::vector<int> near;
-        for (std::size_t i = 0; i < match.kept.size(); ++i) {
-            std::copy_n(&quads[8 * match.kept[i]], 8, &dark[8 * i]);
-            rank.push_back(match.fit[i] + limit.COARSE_SCORE_GAP_WEIGHT * match.score_gap[i]);
-            if (match.fit[i] > limit.MIN_COARSE_FIT) near.push_back(i);
-            else end_at(trail, &dark[8 * i], {"MIN_COARSE_FIT", match.fit[i], limit.MIN_COARSE_FIT}, match.word[i]);
+        CoarseMatch match;
+        std::vector<Place> sure;  // squares whose code is sure: what lies on them is not looked at
+        for (std::size_t first = 0; first < quads.size(); first += 8 * kTogether) {
+            std::vector<double> some;
+            for (const double* q = &quads[first]; q < quads.data() + std::min(first + 8 * kTogether, quads.size()); q += 8)
+                if (!lies_on(sure, place_of(q))) some.insert(some.end(), q, q + 8);
+            const int count = refine_sides(smooth, some.size() / 8, some.data(), limit, trail);
+            const CoarseMatch part = is.decoder.match(smooth, count, some.data(), limit, trail);
+            result.refined.insert(result.refined.end(), some.begin(), some.begin() + 8 * count);
+            for (std::size_t k = 0; k < part.kept.size(); ++k) {
+                const double *quad = &some[8 * part.kept[k]], fit = part.fit[k], score_gap = part.score_gap[k];
+                if (!(fit > limit.MIN_COARSE_FIT)) {
+                    end_at(trail, quad, {"MIN_COARSE_FIT", fit, limit.MIN_COARSE_FIT}, part.word[k]);
+                    continue;
+                }
+                if (fit > limit.SURE_FIT && score_gap > limit.SURE_SCORE_GAP) sure.push_back(place_of(quad));
+                near.push_back(near.size());
+                dark.insert(dark.end(), quad, quad + 8);
+                rank.push_back(fit + limit.COARSE_SCORE_GAP_WEIGHT * score_gap);
+                match.h.insert(match.h.end(), &part.h[9 * k], &part.h[9 * k] + 9);
+                match.word.push_back(part.word[k]), match.fit.push_back(fit), match.score_gap.push_back(score_gap);
+            }
         }
         std::vector<int> chosen = distinct(dark.data(), rank.data(), near, limit);
         const std::vector<int> taken = in_turn(dark.data(), chosen, turn);
@@ -74,23 +97,28 @@ public:
             else end_at(trail, &dark[8 * chosen[k]], {"max_candidates", double(chosen.size()), double(turn.most)},
                         match.word[chosen[k]]);
         }
-        result.refined = std::move(quads);
         std::vector<Start> starts;
         for (const int place : taken) {
             const int i = chosen[place];
             starts.push_back(start_of(&dark[8 * i], match, i));
-            if (match.fit[i] > limit.WELL_READ_FIT && match.score_gap[i] > limit.WELL_READ_SCORE_GAP) {
-                WellRead well;
-                std::copy_n(&dark[8 * i], 8, well.quad[0]);
-                well.word = match.word[i];
-                result.well_read.push_back(well);
-            }
         }
         Changed changed;
         judge(starts, starts, &changed);
         judge(changed.now, changed.before, nullptr);
         for (std::size_t k = 0; k < unsure.size(); ++k)
-            if (!is_known(unsure_places[k])) result.unsure.push_back(unsure[k]);
+            if (!is_known(places, unsure_places[k])) result.unsure.push_back(unsure[k]);
+        std::vector<Place> markers;  // in the image, as the quads are
+        for (const FoundMarker& each : result.markers) markers.push_back(place_of(each.corners[0]));
+        for (const int place : taken) {
+            const int i = chosen[place];
+            if (!(match.fit[i] > limit.WELL_READ_FIT && match.score_gap[i] > limit.WELL_READ_SCORE_GAP)
+                || is_known(markers, place_of(&dark[8 * i])))
+                continue;
+            WellRead well;
+            std::copy_n(&dark[8 * i], 8, well.quad[0]);
+            well.word = match.word[i];
+            result.well_read.push_back(well);
+        }
         return std::move(result);
     }
 
@@ -111,9 +139,15 @@ private:
     std::vector<Start> unsure;
     std::vector<Place> places, unsure_places;  // of the markers, of what is unsure
 
-    bool is_known(const Place& at) const {
-        return std::any_of(places.begin(), places.end(), [&](const Place& other) {
-            return std::hypot(other.x - at.x, other.y - at.y) < limit.OVERLAP * at.side;
+    bool lies_on(const std::vector<Place>& squares, const Place& at) const {
+        return std::any_of(squares.begin(), squares.end(), [&](const Place& square) {
+            return at.side < limit.SAME_SIZE * square.side && at.is_near(square, limit.OVERLAP * square.side);
+        });
+    }
+
+    bool is_known(const std::vector<Place>& markers, const Place& at) const {
+        return std::any_of(markers.begin(), markers.end(), [&](const Place& other) {
+            return at.is_near(other, limit.OVERLAP * at.side);
         });
     }
 
@@ -133,10 +167,24 @@ private:
         return start;
     }
 
+    // Judges some at a time, so that memory stays small, but not what lies on a marker that has been found. `origins`:
+    // the Starts of the unsure ones.
+    void judge(const std::vector<Start>& starts, const std::vector<Start>& origins, Changed* changed) {
+        for (std::size_t first = 0; first < starts.size(); first += kTogether) {
+            std::vector<Start> some, own_origins;
+            for (std::size_t m = first; m < std::min(first + kTogether, starts.size()); ++m) {
+                double corners[8];
+                corners_at(starts[m].h[0], half, corners);
+                if (lies_on(places, place_of(corners))) continue;
+                some.push_back(starts[m]), own_origins.push_back(origins[m]);
+            }
+            judge_some(some, own_origins, changed);
+        }
+    }
+
     // Aligns and judges; adds the markers and the unsure candidates. Those that were read as something else than was
     // drawn are added to `changed`, with the new drawing; without `changed`, the coarse decoding is not used.
-    // `origins`: the Starts of the unsure ones.
-    void judge(const std::vector<Start>& starts, const std::vector<Start>& origins, Changed* changed) {
+    void judge_some(const std::vector<Start>& starts, const std::vector<Start>& origins, Changed* changed) {
         if (starts.empty()) return;
         State state(is, starts);
         is.aligner.run(greys, lens, state.markers, int(limit.ALIGNMENT_STEPS), 1u << 1, limit);
@@ -158,8 +206,7 @@ private:
                               && f.likeness > limit.SURE_FIT))
                 word = read(marker, noise, f);
             f.edges = is.edges[word];
-            const Place place = {(corners[0] + corners[2] + corners[4] + corners[6]) / 4,
-                                 (corners[1] + corners[3] + corners[5] + corners[7]) / 4, std::sqrt(area(corners))};
+            const Place place = place_of(corners);
             const bool drawn = word == starts[m].word;
             missed = drawn                       ? shortfall(f, limit)
                      : f.fit > limit.CHANGED_FIT ? Shortfall{"SAME_WORD", 0, 0}
@@ -247,7 +294,7 @@ private:
 }  // namespace
 
 SearchResult Search::find(const Image& smooth, const Measured& image, const Lens& lens, double noise,
-                          std::vector<double> quads, const double* sizes, const Turn& turn,
+                          const std::vector<double>& quads, const double* sizes, const Turn& turn,
                           const Thresholds& limit, bool explain) const {
-    return ImageSearch(*this, smooth, image, lens, noise, sizes, turn, limit, explain).run(std::move(quads));
+    return ImageSearch(*this, smooth, image, lens, noise, sizes, turn, limit, explain).run(quads);
 }

@@ -64,6 +64,9 @@ struct Turn {
 };
 std::vector<int> in_turn(const double* quads, const std::vector<int>& which, const Turn& turn);
 
+// uneven_light.free_of: which points (count, 2) lie in none of the squares (x, y, reach)
+std::vector<std::uint8_t> free_of(const std::vector<double>& squares, int count, const double* points);
+
 // broken_outlines.distinct_parts: moves parts (count, 2, 2) that are dark on their right to the front; returns how many.
 int distinct_parts(const Image& smooth, int count, double* parts, const Thresholds& limit);
 
@@ -282,7 +285,7 @@ struct Search {
 
     // `sizes` (256,) [m]: of the marker with each number
     SearchResult find(const Image& smooth, const Measured& image, const Lens& lens, double noise,
-                      std::vector<double> quads, const double* sizes, const Turn& turn, const Thresholds& limit,
+                      const std::vector<double>& quads, const double* sizes, const Turn& turn, const Thresholds& limit,
                       bool explain) const;
 };
 

@@ -14,7 +14,7 @@ struct Requirement {
 // clang-format off
 #define ALVAR_NUMBERS(each) \
     each(MIN_OUTLINE_SIDE) each(MIN_FILLED) each(MAX_ASPECT) each(POLYGON_TOLERANCE) each(MAX_POLYGON_CORNERS) \
-    each(SAME_QUAD) each(SIDE_REACH) each(SIDE_NEARNESS) each(MIN_SIDE_RISE) each(SIDE_OUTLIERS) \
+    each(SAME_QUAD) each(SAME_SIZE) each(SIDE_REACH) each(SIDE_NEARNESS) each(MIN_SIDE_RISE) each(SIDE_OUTLIERS) \
     each(MIN_RIM_CONTRAST) each(MIN_RIM_STEP) each(MIN_RIM_STEP_SHARE) each(MIN_DARK_RIM) each(MIN_COARSE_FIT) \
     each(COARSE_SCORE_GAP_WEIGHT) each(SMALL_CELL) each(SMALL_RISE) each(SMALL_RISE_SHARE) \
     each(SMALL_OFFSET) each(MAX_SMALL) each(SAMPLES_PER_CELL) each(START_BLUR) each(ALIGNMENT_STEPS) \

@@ -134,6 +134,9 @@ def distinct(*, quads: Floats, score: Floats, which: Sequence[int], limit: Thres
 def in_turn(*, quads: Floats, which: Sequence[int], most: int, first: int) -> list[int]:
     """Return the places in ``which`` of the quads whose turn it is."""
 
+def free_of(*, squares: ArrayLike, points: Floats) -> Bools:
+    """Return which points (N, 2) lie in none of the squares (K, 3): x and y of the middle, half the side."""
+
 def distinct_parts(*, smooth: Image, parts: Floats, limit: Thresholds) -> Floats:
     """Return the parts (M, 2, 2) that are dark on their right, each once."""
 

@@ -62,11 +62,6 @@ class Detection:
         (ax, ay), (bx, by), (cx, cy), (dx, dy) = self.corners.tolist()
         return math.sqrt(abs((ax - cx) * (by - dy) - (ay - cy) * (bx - dx)) / 2)
 
-    @cached_property
-    def reach(self) -> float:
-        """Return how far the corners are from the centre, at most [px]."""
-        return max(math.dist(corner, self.centre) for corner in self.corners.tolist())
-
     def doubt_size(self, error: float) -> None:
         """Add to the errors of the corners that all of them may lie ``error`` [px] farther out or in together."""
         if self.information is not None:
@@ -76,8 +71,8 @@ class Detection:
             self.information = self.information - np.outer(told, told) / (1 + outward @ told)
 
     def forget_size(self) -> None:
-        """Forget centre, side and reach, because the corners have changed."""
-        for each in ('centre', 'side', 'reach'):
+        """Forget centre and side, because the corners have changed."""
+        for each in ('centre', 'side'):
             self.__dict__.pop(each, None)
 
     def covers(self, point: tuple[float, float]) -> bool:
@@ -97,11 +92,17 @@ def best_of_overlapping(found: Sequence[Detection]) -> list[Detection]:
 
     The others are cells of a marker that look like a marker.
     """
-    kept: list[tuple[Detection, float, float, float]] = []
-    for d in sorted(found, key=lambda d: -d.confidence):
-        x, y = d.centre
-        near = thresholds.OVERLAP * d.side
-        if not any(abs(x - left) < reach + near and abs(y - top) < reach + near
-                   and (math.dist((x, y), (left, top)) <= near or k.covers((x, y))) for k, left, top, reach in kept):
-            kept.append((d, x, y, d.reach))
-    return [each for each, *_ in kept]
+    if len(found) < 2:
+        return list(found)
+    order = sorted(found, key=lambda d: -d.confidence)
+    corners = np.array([each.corners for each in order])
+    centre = corners.mean(1)
+    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+    near = thresholds.OVERLAP * np.array([each.side for each in order])
+    close = np.tril((np.abs(centre[:, None] - centre) < (reach + near[:, None])[..., None]).all(2), -1)
+    kept = np.ones(len(order), bool)
+    for m in np.flatnonzero(close.any(1)).tolist():
+        d = order[m]
+        kept[m] = not any(math.dist(d.centre, order[k].centre) <= near[m] or order[k].covers(d.centre)
+                          for k in np.flatnonzero(close[m] & kept).tolist())
+    return [each for each, keep in zip(order, kept.tolist()) if keep]

@@ -5,7 +5,8 @@ Each image is searched independently of all others; only the response of the cam
 An image passes these stages, each on all candidates at once:
 
 1. candidates.candidates finds dark quadrilaterals; candidates.refined moves their sides to where the grey rises.
-2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each.
+2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each. Once that is
+   sure, nothing that lies on this square is looked at.
 3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
 4. acceptance decides whether it is a marker; if not, it is read again without the cells that may be covered.
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
@@ -282,6 +283,8 @@ class Detector:
                    known: Sequence[Detection]) -> list[Detection]:
         """Return the Detections of quads with a clear code whose greys do not fit, such as those with thin margins."""
         found: list[Detection] = []
+        if not len(quads):
+            return found
         middles, near = quads.mean(1), thresholds.OVERLAP * homography.mean_side(quads)
         apart = np.ones(len(quads), bool)
         if known:

@@ -50,10 +50,11 @@ class Search:
              ask: bool = False) -> tuple[list[Seen], Any, Any, Floats]:
         """Return the markers Seen among quads (N, 4, 2) [real px], unsure ones, well read ones, and refined quads.
 
-        If there are too many candidates, only those are searched whose turn it is.
-        ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
-        where an alignment starts, ``word``, ``fit`` and ``score_gap`` the coarse decoding; ``quad`` (4, 2) and ``word``
-        are those of what is well read. ``ended`` gets all others. Markers have evidence if they are asked for it.
+        What lies on a square before it whose code is sure, or on a marker with a better code, is left out. If there are
+        too many candidates, only those are searched whose turn it is. ``size`` [m] is that of markers not in ``sizes``.
+        Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are where an alignment starts, ``word``, ``fit`` and
+        ``score_gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are those of what is well read, but is no
+        marker. ``ended`` gets all others. Markers have evidence if they are asked for it.
         """
         found = self._steps.find(
             smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
@@ -77,9 +78,8 @@ def _seen(markers: Any) -> list[Seen]:
     """Return the markers in an array of records; whole columns are converted, since a record takes 20 times longer."""
     solutions = markers['solutions']
     poses = zip(solutions['rotation'], solutions['position'], solutions['error'].tolist(), solutions['chi2'].tolist())
-    names = markers['features'].dtype.names
     return [Seen(number, corners, information, [Solution(*each) for each in zip(*both)][:count],
-                 Features(**dict(zip(names, features))), Evidence(*evidence))
+                 Features._make(features), Evidence(*evidence))
             for number, corners, information, count, both, features, evidence in zip(
                 markers['number'].tolist(), markers['corners'], markers['information'], markers['poses'].tolist(),
                 poses, markers['features'].tolist(), markers['evidence'].tolist())]

@@ -56,6 +56,7 @@ MAX_POLYGON_CORNERS = 9
 SAME_QUAD = 0.25  # of the side: quads with corners nearer than this are one
 
 # -- Small squares, whose outlines are searched again in twice the resolution (candidates.small_squares)
+# Sensitivity, on markers of 10 to 20 px: a higher SMALL_OFFSET loses one of 48.
 SMALL_SIDE = 6.0, 17.0  # px, of an outline
 SMALL_RISE, SMALL_RISE_SHARE = 20.0, 0.4  # greys, of the largest: brighter around, in all directions but one
 SMALL_OFFSET = 0.08  # of the contrast there: how much darker than its surroundings a pixel must be
@@ -69,7 +70,8 @@ MIN_SIDE_RISE = 3.0  # greys, on half of each of three sides
 SIDE_OUTLIERS = 4  # a point counts a quarter at 1 / this share of the reach off the line
 
 # -- Coarse decoding (reading.CoarseDecoder)
-# Sensitivity: a higher MIN_COARSE_FIT loses one hard marker; the others change nothing.
+# Sensitivity: a higher MIN_COARSE_FIT loses one hard marker, a lower SMALL_BLUR two of 48 small ones; the others change
+# nothing.
 MIN_RIM_CONTRAST = 5.0  # greys, of three sides
 MIN_RIM_STEP, MIN_RIM_STEP_SHARE = 2.0, 0.35  # greys, of the contrast: a place on the rim is dark if the step is larger
 MIN_DARK_RIM = 0.7  # share of the places on the rim
@@ -99,7 +101,7 @@ BLUR_LIMITS = (0.25, 6.0)  # px^2 at the level
 # Sensitivity: a lower SAMPLED_NOISE loses one hard marker.
 MAX_NOISE_SHARE = 0.3  # of the energy: noise is never taken for more
 SAMPLED_NOISE = 2 / 3  # of the image's noise that is left in values between its pixels
-SURE_FIT, SURE_SCORE_GAP = 0.93, 0.12  # of the coarse decoding: it is not read again
+SURE_FIT, SURE_SCORE_GAP = 0.93, 0.12  # of the coarse decoding: it is not read again, nor anything on that square
 CONTRAST_SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
 CHANGED_FIT = 0.72  # a reading that differs from the drawing: worth another alignment
 MIN_WHITE = 4.0  # greys: contrast of cells read one by one

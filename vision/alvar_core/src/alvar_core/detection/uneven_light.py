@@ -6,7 +6,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from alvar_core import code
+from alvar_core import code, native
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, glare, homography, thresholds
 from alvar_core.detection.acceptance import Ended, Shortfall, above, edges
@@ -281,9 +281,6 @@ def free_of(known: Sequence[Detection], points: Floats) -> Bools:
     """Return which points (N, 2) [px] do not lie on a known marker."""
     if not known:
         return np.ones(len(points), bool)
-    centre = np.array([each.centre for each in known])
-    reach = thresholds.KNOWN_REACH * np.array([each.side for each in known])
-    near = np.abs(points[:, :1] - centre[:, 0]) <= reach
-    near &= np.abs(points[:, 1:] - centre[:, 1]) <= reach
-    free: Bools = ~near.any(1)
+    squares = [(*each.centre, thresholds.KNOWN_REACH * each.side) for each in known]
+    free: Bools = native.steps.free_of(squares=squares, points=points)
     return free

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import marker_classes
+from alvar_core import native
 from alvar_core.detection.candidates import Turns
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
@@ -27,6 +28,24 @@ def test_all_are_found(layout, gamma):
     detector = Detector(marker_classes.SIZE)
     found = detector.detect(with_gamma(shot.image, gamma), shot.camera)
     assert sorted(each.id for each in found) == numbers(shot) and detector.left_out == 0
+
+
+def test_what_lies_on_a_marker_that_has_been_read_is_not_looked_at():
+    """Of ten candidates for each marker, the first is enough."""
+    shot = crowd(640, 480, 10, 6)
+    detector = Detector(marker_classes.SIZE)
+    image, corners = detector.prepare(shot.image, shot.camera), [each['corners'] for each in shot.frame['markers']]
+    seen, _, well_read, refined = detector._search.find(image, np.tile(corners, (10, 1, 1)), marker_classes.SIZE, {},
+                                                        Turns(400))
+    assert sorted(each.number for each in seen) == numbers(shot)
+    assert 60 <= len(refined) < 80 and not len(well_read)
+
+
+def test_points_on_a_square_are_told_from_others():
+    points = np.array([[10.0, 10], [12, 8], [12.1, 10], [50, 47], [50, 46.9]])
+    free = native.steps.free_of(squares=[(10, 10, 2), (50, 50, 3)], points=points)
+    assert free.tolist() == [False, False, True, False, True]
+    assert native.steps.free_of(squares=np.zeros((0, 3)), points=points).all()
 
 
 def test_a_tracker_reports_all_in_each_image():
