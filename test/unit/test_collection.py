@@ -210,10 +210,10 @@ def test_without_ros_packages_are_found():
 
 TESTED = [element.attrib for path in kinds.REPOSITORY.rglob('*.test') if '/.' not in str(path)
           for element in ElementTree.parse(str(path)).iter('test')]
+PROGRAMS = [path for path in sorted(kinds.REPOSITORY.rglob('*_test.py')) if '/.' not in str(path)]
 
 
-@pytest.mark.parametrize('path', [path for path in sorted(kinds.REPOSITORY.rglob('*_test.py')) if '/.' not in str(path)],
-                         ids=lambda path: path.name)
+@pytest.mark.parametrize('path', PROGRAMS, ids=lambda path: path.name)
 def test_each_method_of_a_rostest_is_run_by_a_test_file(path):
     """A .test names some methods of its program, or runs them all; a method that none names is never run."""
     methods = {node.name for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
