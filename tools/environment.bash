@@ -9,6 +9,7 @@
 enter_workspace() {
   unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH CMAKE_PREFIX_PATH PKG_CONFIG_PATH ROS_PACKAGE_PATH ROS_ROOT ROS_ETC_DIR
   unset ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION ROS_TEST_RESULTS_DIR AMENT_PREFIX_PATH COLCON_PREFIX_PATH PYTEST_ADDOPTS
+  unset PYTHONDONTWRITEBYTECODE # many container images set it: each node and grading would compile its modules again
   export PYTHONNOUSERSITE=1 PATH="/usr/bin:/bin:$PATH" VIRTUAL_ENV="$ws/venv"
   [ -n "${LC_ALL:-}${LC_CTYPE:-}${LANG:-}" ] || export LANG=C.UTF-8
   [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost

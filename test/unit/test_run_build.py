@@ -3,6 +3,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -30,7 +31,9 @@ def small(tmp_path):
     (programs / 'catkin_make').write_text('''#!/bin/bash
 [ ! -e "$2/../broken" ] || exit 1
 for package in "$2"/src/*; do
-  mkdir -p "$2/build/${package##*/}" "$2/devel/lib/python3/dist-packages/${package##*/}"
+  modules=$2/devel/lib/python3/dist-packages/${package##*/}
+  mkdir -p "$2/build/${package##*/}" "$modules"
+  touch "$modules/module.py"
 done
 touch "$2/devel/setup.bash"
 ''')
@@ -188,3 +191,13 @@ def test_clean_takes_no_argument_and_spares_a_workspace_in_use(tmp_path):
 def clean_usage():
     return subprocess.run([REPOSITORY / 'run', 'clean', '--help'], capture_output=True, text=True, check=True,
                           env={'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}).stdout.strip()
+
+
+def test_compiled_modules_are_kept_whatever_the_shell_says(small):
+    run, folder = small
+    (folder / 'ws' / 'venv' / 'bin').mkdir(parents=True)
+    (folder / 'ws' / 'venv' / 'bin' / 'python3').symlink_to(sys.executable)
+    result = run('export PYTHONDONTWRITEBYTECODE=1; build_workspace; . "$ws/env.bash"; '
+                 'echo "${PYTHONDONTWRITEBYTECODE-unset}"')
+    assert result.stdout.splitlines()[-1] == 'unset', result.stderr
+    assert list((folder / 'ws' / 'devel').glob('lib/python3/dist-packages/alvar/__pycache__/module.*.pyc'))

@@ -118,6 +118,11 @@ def test_closed_room_has_no_path():
     assert plan.path is None and plan.problem == 'there is no free path from (0.05, 0.25) to (1.05, 0.25)'
 
 
+def test_a_path_to_where_one_stands_needs_no_search(monkeypatch):
+    monkeypatch.setattr(global_planner, 'dijkstra', None)
+    assert global_planner.plan(costmap(ROOM), (0.25, 0.25), (0.27, 0.25), 0.3).path.tolist() == [[0.27, 0.25]]
+
+
 def test_goal_in_a_wall_ends_beside_it_with_a_tolerance():
     plan = global_planner.plan(costmap(ROOM), (0.25, 0.25), (0.45, 0.45), 0.3)
     assert math.dist(plan.path[-1], (0.45, 0.45)) <= 0.3

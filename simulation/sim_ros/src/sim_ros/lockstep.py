@@ -53,11 +53,11 @@ class Lockstep:
         _sleep_exactly()
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self._parent = None if parent is None else ProcessThreads(parent)
+        self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.watch_master()
         self._settled = {}  # {master: run time [ns]} when all nodes were last idle
         self._first_pause = FIRST_PAUSE  # [s]
         self._connections = ()
-        self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.late = 0  # steps that started although a node was not idle
         self.starved = False  # whether the last of them did so because the nodes got no core
         self.busy = ''  # names of the nodes that were still busy at the end of the last wait
@@ -68,6 +68,7 @@ class Lockstep:
             # set the default: until the parameter is set, a node that logs asks the master for it at every line
             rospy.set_param(rospy_internals.LOG_PARAMETER, False)
         self._master = _watch_master()
+        self._update_processes()
         self._registrations = _registrations()  # when all nodes were last idle
 
     def wait(self):
@@ -111,9 +112,11 @@ class Lockstep:
     def _ran(self):
         """Return {process: run time [ns]} of all that are waited for, except those that have ended."""
         found = {}
-        for process in self._processes():
-            with contextlib.suppress(Gone):
+        for process in self._processes:
+            try:  # contextlib.suppress would take as long as the rest
                 found[process] = process.ran()
+            except Gone:
+                pass
         return found
 
     def _worked_since(self, began):
@@ -123,21 +126,20 @@ class Lockstep:
         """
         return max((ran - began.get(process, ran) for process, ran in self._ran().items()), default=0) / 1e9
 
-    def _processes(self):
-        """Return the processes that are waited for: the followers, the simulator itself, its parent, and the master."""
+    def _update_processes(self):
+        """List the processes that are waited for: the followers, the simulator itself, its parent, and the master."""
         followers = [threads for _, threads in self._followers.values()]
-        return [*filter(None, (*followers, self._own, self._parent, self._master))]
+        self._processes = [*filter(None, (*followers, self._own, self._parent, self._master))]
 
     def _run_times(self, before):
         """Return {process: run time [ns]} if all are idle; None if one is busy, has just ended or run since ``before``.
         """
-        processes = self._processes()
         try:
             own = self._own, self._parent, self._master  # which share no locks
-            if not all(process.sleeps(before.get(process, -1)) if process in own else process.sleeps()
-                       for process in processes):
-                return None
-            after = {process: process.ran() for process in processes}
+            for process in self._processes:
+                if not (process.sleeps(before.get(process, -1)) if process in own else process.sleeps()):
+                    return None
+            after = {process: process.ran() for process in self._processes}
         except Gone:
             self._forget_ended()
             return None
@@ -154,6 +156,7 @@ class Lockstep:
                            for connection, (name, threads) in self._followers.items()}
         if self._master and _has_ended(self._master):
             self._master = None
+        self._update_processes()
 
     def _master_settled(self, runs, settling, now):
         """Return whether the master has notified all nodes of new registrations; all were idle with ``runs``.
@@ -177,8 +180,8 @@ class Lockstep:
 
     def _update_followers(self):
         """Update the followers after a change of the connections."""
-        connections = tuple(rospy_internals.connections(self._publisher))
-        if connections == self._connections:
+        connections = rospy_internals.connections(self._publisher)
+        if connections is self._connections:  # rospy makes another list for each change
             return
         for connection in set(self._followers) - set(connections):
             threads = self._followers.pop(connection)[1]
@@ -188,6 +191,7 @@ class Lockstep:
             if connection not in self._followers:
                 self._followers[connection] = (connection.endpoint_id, _watch(connection))
         self._connections = connections
+        self._update_processes()
 
 
 class _Settling:

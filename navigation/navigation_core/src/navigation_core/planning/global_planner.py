@@ -103,6 +103,8 @@ def _near(weights: Array, cell: Tuple[int, int], radius: float) -> Array:
 
 def _cheapest(weights: Array, start: Tuple[int, int], goals: Array) -> Optional[Array]:
     """Return the cells (n, 2) of the cheapest path to the first of ``goals`` that can be reached; None if none can."""
+    if tuple(goals[0]) == start:
+        return goals[:1]  # spares the search, in each period in which move_base asks whether a goal is hopeless
     width = weights.shape[1]
     numbers = np.arange(weights.size, dtype=np.int32).reshape(weights.shape)
     graph = _graph(weights, numbers)

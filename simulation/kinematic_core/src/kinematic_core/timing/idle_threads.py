@@ -14,7 +14,7 @@ because the kernel's own threads wait for a core, too: see ``Machine``.
 """
 import os
 import time
-from typing import Dict, Iterable
+from typing import Dict, Iterable, List
 
 PROC = '/proc'
 LOCK = b'futex'  # start of the names of the functions of Linux in which a thread waits for a lock
@@ -50,9 +50,10 @@ class ProcessThreads:
     def __init__(self, pid: int, without: Iterable[int] = ()) -> None:
         """``pid``: id of the process; ``without``: ids of threads that do not count, of this process only. Raise Gone.
         """
-        self._pid = pid
+        self._pid, self._clock = pid, _clock(pid, OF_PROCESS)
         self._without = set(map(str, without))
         self._states: Dict[str, int] = {}  # thread: file descriptor of its stat
+        self._clocks: List[int] = []  # of these threads
         self._links = NO_THREADS  # of the folder when the threads were listed
         self._slept = -1  # [ns] for how long all had run when they last slept
         self._wakeable = self._states  # those of them that something outside of the process can wake
@@ -71,8 +72,8 @@ class ProcessThreads:
         """Return for how long [ns] its threads have run; it is exact for those that sleep. Raise Gone."""
         try:
             if not self._without:
-                return time.clock_gettime_ns(_clock(self._pid, OF_PROCESS))
-            return sum(time.clock_gettime_ns(_clock(int(thread), OF_THREAD)) for thread in self._states)
+                return time.clock_gettime_ns(self._clock)
+            return sum(map(time.clock_gettime_ns, self._clocks))
         except OSError as error:
             if self._without:  # a thread has ended
                 self._links = NO_THREADS
@@ -132,6 +133,7 @@ class ProcessThreads:
                 pass
             except OSError as error:
                 raise Gone(str(error)) from None
+        self._clocks = [_clock(int(thread), OF_THREAD) for thread in self._states]
 
 
 def _clock(number: int, kind: int) -> int:
