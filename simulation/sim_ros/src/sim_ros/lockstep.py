@@ -180,8 +180,8 @@ class Lockstep:
 
     def _update_followers(self):
         """Update the followers after a change of the connections."""
-        connections = rospy_internals.connections(self._publisher)
-        if connections is self._connections:  # rospy makes another list for each change
+        connections = tuple(rospy_internals.connections(self._publisher))
+        if connections == self._connections:
             return
         for connection in set(self._followers) - set(connections):
             threads = self._followers.pop(connection)[1]
