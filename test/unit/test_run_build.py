@@ -4,9 +4,10 @@ import pathlib
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
+
+from unit_support.waiting import until
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '
@@ -99,13 +100,6 @@ def test_a_build_that_failed_continues_where_it_stopped(small, change, kept):
     (folder / 'broken').unlink()
     assert run(f'{change} find() {{ command find "$@"; }}; build_workspace; is_built').returncode == 0
     assert built(folder) == ['alvar', 'cv_bridge', 'turtle_robotont']
-
-
-def until(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_who_waits_is_told_for_whom(tmp_path):

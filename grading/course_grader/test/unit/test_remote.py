@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -19,6 +18,7 @@ from course_grader.classes.submissions import Submission
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise
 from plain_support import processes
+from unit_support.waiting import until
 
 distributed = pytest.importorskip('distributed')
 
@@ -50,13 +50,6 @@ while not os.path.exists(os.path.join(folder, 'go')):
 seen = open(os.path.join(os.path.dirname(job.command[0]), 'helper.txt')).read()
 '''
 EXERCISE = '{title: X, time: 5 s, checks: [{check: moves, length: 1 m, points: 100}]}'
-
-
-def until(condition, what):
-    deadline = time.monotonic() + SCHEDULER_TIMEOUT
-    while not condition():
-        assert time.monotonic() < deadline, f'not within {SCHEDULER_TIMEOUT:.0f} s: {what}'
-        time.sleep(0.05)
 
 
 def free_port():
@@ -96,7 +89,8 @@ def started(tmp_path):
                                     stderr=log, env=environment, start_new_session=True,
                                     preexec_fn=processes.end_with_parent) for role in roles]
     try:
-        until(lambda: (tmp_path / 'dask.txt').read_text().count('Registered to') >= 3, 'three workers are there')
+        until(lambda: (tmp_path / 'dask.txt').read_text().count('Registered to') >= 3,
+              'three workers are there', SCHEDULER_TIMEOUT)
         yield address, str(key), running[1:]
     finally:
         for process in running:
@@ -126,7 +120,7 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                           env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}) as teacher, ended(teacher):
         said = tmp_path / 'started'
-        until(lambda: said.exists() and said.read_text().count('\n') == 3, 'each worker grades')
+        until(lambda: said.exists() and said.read_text().count('\n') == 3, 'each worker grades', SCHEDULER_TIMEOUT)
         workers[0].send_signal(signal.SIGKILL)
         workers[0].wait()
         (tmp_path / 'go').touch()
@@ -138,7 +132,8 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
     for student in students:
         result = (tmp_path / 'out' / student / 'x' / 'result.json').read_text()
         assert f'beside {student}, seed 9' in result
-    until(lambda: not any(runs(pid) for pid in re.findall(r' (\d+)', said.read_text())), 'no grading goes on')
+    until(lambda: not any(runs(pid) for pid in re.findall(r' (\d+)', said.read_text())),
+          'no grading goes on', SCHEDULER_TIMEOUT)
 
 
 @pytest.mark.one_in(2)

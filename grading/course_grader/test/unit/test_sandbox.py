@@ -4,14 +4,13 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 from course_grader.isolation import confinement, limits, sandbox
 from plain_support import processes
+from unit_support.waiting import until
 
-DEADLINE = 10.0  # [s] for what takes well under one
 FORKS = r'''
 import os, signal, sys, time
 signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -34,13 +33,6 @@ def write(folder, text, name='program.py', mode=0o644):
     path.write_bytes(text.encode())
     path.chmod(mode)
     return str(path)
-
-
-def until(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def alive(pid):

@@ -11,6 +11,7 @@ from course_grader.rules.observation import Observed, Sample
 from course_grader.supervision import supervisor
 from course_grader.supervision.job import Attempted, Job
 from course_grader.supervision.supervisor import MAX_REPEATED, Supervisor
+from unit_support.waiting import until
 
 
 def attempted(outcome, kept_up=True, lockstep=True, busy='', flooded=False, broken=False):
@@ -166,13 +167,6 @@ def test_an_attempt_alone_waits_for_the_others_which_then_wait_for_it():
     alone.join()
     other.join()
     assert events == ['alone', 'other']
-
-
-def until(condition):
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)
 
 
 @pytest.mark.parametrize('ran, waited, starved', [

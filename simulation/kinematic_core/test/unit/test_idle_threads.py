@@ -9,8 +9,8 @@ import pytest
 
 from kinematic_core.timing import idle_threads
 from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
+from unit_support.waiting import until
 
-DEADLINE = 10.0  # [s] for a Python to start on a busy machine
 SLEEPER = 'import sys, time, threading; threading.Thread(target=time.sleep, args=(60,), daemon=True).start(); ' \
           'print("ready", flush=True); sys.stdin.readline(); print("again", flush=True); sys.stdin.readline()'
 SPINNER = 'print("ready", flush=True)\nwhile True: pass'
@@ -29,13 +29,6 @@ def run():
     for child in children:
         child.kill()
         child.communicate()
-
-
-def until(condition):
-    deadline = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def rests(threads):

@@ -10,22 +10,15 @@ import pytest
 import turtlesim.window
 from rostest_support.virtual_display import MISSING, VirtualDisplay
 from turtlesim.window import ImageReader, Window
+from unit_support.waiting import until
 
 SIZE = 500  # [px] width and height
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (69, 86, 255)
-DEADLINE = 20.0  # [s] for what takes a fraction of a second on an idle machine
 UNNOTICED = 0.008  # [s] half a step of the simulator: all that show may take, median of many
 
 
 def plain(colour):
     return bytes(colour) * (SIZE * SIZE)
-
-
-def until(condition, what):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, f'not within {DEADLINE:g} s: {what}'
-        time.sleep(0.01)
 
 
 def ppm(width, height, colour, header=b'P6 %d %d 255\n'):

@@ -11,6 +11,7 @@ import pytest
 
 from plain_support import processes
 from plain_support.processes import BackgroundProcess
+from unit_support.waiting import until
 
 SOON = 5.0  # [s] deadline of what takes well under one
 QUICK = ((signal.SIGINT, 0.3), (signal.SIGTERM, 0.3), (signal.SIGKILL, SOON))
@@ -18,13 +19,6 @@ DEAF = 'import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print
 PARENT = ('import subprocess, sys, time\n'
           'child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])\n'
           'print(child.pid, flush=True)\n')
-
-
-def until(condition):
-    end = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def gone(pid):

@@ -12,6 +12,7 @@ import pytest
 
 from rospy_support import inbound
 from rospy_support.inbound import Ended, Refused, SocketWatch, read_block, read_http
+from unit_support.waiting import until
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 LIMIT = 1000  # [bytes]
@@ -220,10 +221,3 @@ class Listening:
 
     def __getattr__(self, name):
         return getattr(self._listening, name)
-
-
-def until(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)

@@ -9,6 +9,7 @@ import rosgraph
 import rospy
 
 from rospy_support import registration, rospy_internals
+from unit_support.waiting import until
 
 DEADLINE = 20.0  # [s] for the work that a thread does every PERIOD, on a busy machine
 PERIOD = 0.005  # [s]
@@ -135,13 +136,6 @@ def watch(master, connected, logged, monkeypatch):
     for thread in threads:
         thread.join(DEADLINE)
         assert not thread.is_alive()
-
-
-def until(condition):
-    deadline = time.monotonic() + DEADLINE
-    while not condition() and time.monotonic() < deadline:
-        time.sleep(PERIOD)
-    return condition()
 
 
 def looked_again(master, times=3):

@@ -4,18 +4,12 @@ import time
 
 import pytest
 
+from unit_support.waiting import until
 from usb_cam.core.capture import Capture
 from usb_cam.core.sources import EndOfSource, SourceError
 
 DEADLINE = 20.0  # [s] for what takes milliseconds on an idle machine
 RETRY = 0.01  # [s]
-
-
-def until(condition, what):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, f'not within {DEADLINE:g} s: {what}'
-        time.sleep(0.002)
 
 
 class Source:

@@ -8,17 +8,10 @@ import pytest
 
 from plain_support.doctor import packages, processes, programs, terminal_checks
 from plain_support.doctor.machine import Machine
+from unit_support.waiting import until
 
 PROGRAM = '#!/usr/bin/env python3\nimport rospy\nrospy.init_node("a")\n'
 
-DEADLINE = 60.0  # [s] for what takes a part of one
-
-
-def until(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def write(path, text='', mode=0o644):
