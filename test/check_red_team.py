@@ -134,12 +134,20 @@ def check(level, folder, names=()):
     return wrong, verdicts
 
 
+def of_gradings(folder):
+    """Return the paths of files that belong to users of gradings, wherever programs can write."""
+    found = subprocess.run([*confinement.find_written(str(folder)), '-uid', f'+{levels.USERS[0] - 1}', '-uid',
+                            f'-{levels.USERS[-1] + 1}', '-prune', '-print'], stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL, check=False).stdout.decode('utf-8', 'replace')
+    return set(filter(None, found.split('\n')))
+
+
 def _check(level, folder, programs, honest):
     """Return the same of one class."""
     expected = make_class(folder / 'class', level, programs, honest)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
-    before = listed(folder / 'class', home, REPOSITORY / 'grading')
+    before, there = listed(folder / 'class', home, REPOSITORY / 'grading'), of_gradings(folder)
     done = subprocess.run(
         [*in_own_network(), sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'),
          '--isolation', level, '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder,
@@ -152,10 +160,7 @@ def _check(level, folder, programs, honest):
             if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)
     wrong += [f'process {process.pid} was left behind' for process in left]
-    written = subprocess.run([*confinement.find_written(str(folder)), '-uid', f'+{levels.USERS[0] - 1}', '-uid',
-                              f'-{levels.USERS[-1] + 1}', '-prune', '-print'], stdout=subprocess.PIPE,
-                             stderr=subprocess.DEVNULL, check=False).stdout.decode('utf-8', 'replace')
-    wrong += [f'{path} was left behind' for path in written.split('\n') if path]
+    wrong += [f'{path} was left behind' for path in sorted(of_gradings(folder) - there)]
     verdicts = {}
     for (student, exercise), (outcome, text) in expected.items():
         results = folder / 'out' / student / exercise
