@@ -353,6 +353,14 @@ terminal_stamp() { readlink -f /usr/bin/python3; sha256sum <"$repo/browser/cours
 
 has_terminal() { [ "$(terminal_stamp)" = "$(cat "$ws/terminal/.made" 2>/dev/null)" ]; }
 
+# need_terminal: makes it if there is none; the workspace is locked as by prepare.
+need_terminal() {
+  if has_terminal; then return 0; fi
+  lock -x
+  has_terminal || step 1 "Installing JupyterLab (250 MB)" make_terminal
+  flock -s 9
+}
+
 make_terminal() {
   local -a python=(env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1)
   "${python[@]}" /usr/bin/python3 -m venv --system-site-packages --clear "$ws/terminal" &&

@@ -119,6 +119,14 @@ def test_what_computes_runs_beside_what_waits(monkeypatch):
     assert names_of_runs('test_collection.py') == ['tests']
 
 
+@pytest.mark.parametrize('option, names', [
+    ([], [['checks', 'units_0', 'waiting']]), (['--all'], [['waiting'], ['checks', 'units_0']])])
+def test_a_release_waits_first_and_computes_then(option, names):
+    options = run_tests.parse(['--results', '/x', *option])
+    assert run_tests.turns(dict.fromkeys(['checks', 'units_0', 'waiting']), options) == names
+    assert run_tests.turns({'tests': None}, options) == [['tests']]
+
+
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])
 def test_the_runs_share_the_files_of_units(options):
     commands = run_tests.commands(run_tests.parse(['--results', '/x', *options]))
