@@ -2,13 +2,14 @@
 """Input that is missing, wrong or changes: the tracker warns, keeps running, and works once the input is right."""
 import copy
 
+import numpy as np
 import rospy
 from rosgraph_msgs.msg import Log
 from std_srvs.srv import Trigger
 
 from alvar_core.camera import Camera
 from rospy_support import images
-from rostest_support.common import run
+from rostest_support.common import run, until
 from rostest_support.markers import CAMERA, PLACED, TRACKER, TrackerCase, camera_info, picture, stays_away
 
 NAN = float('nan')
@@ -75,6 +76,39 @@ class InputTest(TrackerCase):
         log, camera.info = self.log(), camera_info()  # not that of this lens
         log.wait(Log.WARN, r'The orientation of marker 3 is doubtful: .*K and D of camera_info.*')
         poses.next(lambda message: len(message.markers) == 3 and message.markers[0].confidence <= 50, 'a doubtful pose')
+
+    def test_ar_encodings(self):
+        """Every kind of encoding gives the same poses; those that are none are refused by name."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        grey = picture(*PLACED.values())
+        for encoding, array in (('rgb8', np.repeat(grey[..., None], 3, 2)), ('bgra8', np.repeat(grey[..., None], 4, 2)),
+                                ('mono16', grey.astype(np.uint16) << 8), ('bayer_rggb8', grey),
+                                ('yuv422', np.stack([np.full_like(grey, 128), grey], 2))):
+            camera.image = images.to_image(array, encoding)
+            until(lambda encoding=encoding: poses.more(2), encoding)
+            self.assert_poses(self.next_with(poses, *PLACED))
+        for encoding in ('32FC1', 'rgb9', ''):
+            camera.image = images.to_image(grey)
+            camera.image.encoding = encoding
+            status = self.status(lambda status, name=encoding: f"'{name}'" in status.message, encoding)
+            self.assertRegex(status[''], f"^/camera_image: encoding '{encoding}' is unknown; the known ones are: ")
+            self.assertTrue(stays_away(poses), encoding)
+        camera.image = images.to_image(grey)
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_cut_off_pictures(self):
+        """Too few bytes, no pixels, a step that is too small: refused and counted; then poses again."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        good = camera.image
+        for fields, said in (({'data': good.data[:1000]}, 'has 1000 bytes of data, 307200 are needed'),
+                             ({'width': 0}, '0x480 pixels has no pixels'), ({'step': 5}, 'step is 5 bytes')):
+            camera.image = copy.copy(good)
+            for name, value in fields.items():
+                setattr(camera.image, name, value)
+            status = self.status(lambda status, said=said: said in status.message, said)
+            self.assertGreater(int(status['images refused']), 0)
+        camera.image = good
+        self.assert_poses(self.next_with(poses, *PLACED))
 
     def test_ar_camera_restarts(self):
         """The camera's node ends and another one begins, with another size of picture."""

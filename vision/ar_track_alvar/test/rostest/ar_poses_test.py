@@ -49,6 +49,14 @@ class PosesTest(TrackerCase):
         camera.show()
         self.assertEqual(FRAME, self.next_with(poses).header.frame_id)
 
+    def test_ar_poses_by_a_static_transform(self):
+        """The output frame is fixed to the camera: poses are there from the first transform on."""
+        broadcaster = StaticTransformBroadcaster()
+        broadcaster.sendTransform(transform('map', FRAME, 1.0, rospy.Time.now()))
+        poses = self.collected()
+        self.camera(frame=f'/{FRAME}').show(*PLACED.values())  # as for tf; tf2 takes no leading /
+        self.assert_poses(self.next_with(poses, *PLACED), PLACED, (QUARTER, np.array([1.0, 2.0, 3.0])), 'map')
+
     def test_ar_poses_of_a_moving_camera(self):
         """tf comes at 20 Hz, after the pictures: each pose is that of the picture's stamp all the same."""
         broadcaster = TransformBroadcaster()
@@ -114,6 +122,12 @@ class PosesTest(TrackerCase):
             self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, PLACED[marker.id].position / 2)
         for name, value in (('max_new_marker_error', 0.07), ('max_track_error', 0.19), ('output_frame', 'camera')):
             self.assertEqual(value, rospy.get_param(f'{self.tracker}/{name}'))
+
+    def test_ar_rectified(self):
+        """A topic image_rect_color: P describes the pictures, D the raw ones."""
+        poses, camera = self.collected(), self.camera(topic='/cam/image_rect_color').show(*PLACED.values())
+        camera.info.D, camera.info.K = [-0.4, 0.1, 0.0, 0.0, 0.0], [2.0 * value for value in camera.info.K]
+        self.assert_poses(self.next_with(poses, *PLACED))
 
     def test_ar_compressed(self):
         """The compressed transport: the topic below the remapped one."""
