@@ -266,10 +266,9 @@ def same_part_twice(one: Program) -> Iterator[str]:
         if isinstance(node, ast.Tuple) and len(node.elts) > 1:
             parts = [{dotted(part) for part in ast.walk(element) if isinstance(part, ast.Attribute)
                       and part.attr in ('x', 'y')} for element in node.elts[:2]]
-            for name in sorted(parts[0] & parts[1] - {''}):
+            for name in sorted(parts[0] - {''}) if parts[0] == parts[1] else ():
                 other = name[:-1] + {'x': 'y', 'y': 'x'}[name[-1]]
-                if parts[0] == parts[1]:
-                    yield f'line {node.lineno} uses {name} twice, and {other} not at all'
+                yield f'line {node.lineno} uses {name} twice, and {other} not at all'
 
 
 def sleeps_in_a_callback(one: Program) -> Iterator[str]:
