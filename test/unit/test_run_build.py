@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '

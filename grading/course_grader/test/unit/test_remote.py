@@ -18,7 +18,7 @@ from course_grader.classes.submissions import Submission
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise
 from plain_support import processes
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 distributed = pytest.importorskip('distributed')
 

@@ -9,7 +9,7 @@ import pytest
 
 from course_grader.isolation import confinement, limits, sandbox
 from plain_support import processes
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 FORKS = r'''
 import os, signal, sys, time

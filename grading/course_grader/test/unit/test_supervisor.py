@@ -11,7 +11,7 @@ from course_grader.rules.observation import Observed, Sample
 from course_grader.supervision import supervisor
 from course_grader.supervision.job import Attempted, Job
 from course_grader.supervision.supervisor import MAX_REPEATED, Supervisor
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 
 def attempted(outcome, kept_up=True, lockstep=True, busy='', flooded=False, broken=False):

@@ -9,7 +9,7 @@ import pytest
 
 from kinematic_core.timing import idle_threads
 from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 SLEEPER = 'import sys, time, threading; threading.Thread(target=time.sleep, args=(60,), daemon=True).start(); ' \
           'print("ready", flush=True); sys.stdin.readline(); print("again", flush=True); sys.stdin.readline()'

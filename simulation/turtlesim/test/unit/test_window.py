@@ -9,8 +9,8 @@ import pytest
 
 import turtlesim.window
 from rostest_support.virtual_display import MISSING, VirtualDisplay
+from rostest_support.waiting import until
 from turtlesim.window import ImageReader, Window
-from unit_support.waiting import until
 
 SIZE = 500  # [px] width and height
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (69, 86, 255)

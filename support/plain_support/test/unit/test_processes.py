@@ -11,7 +11,7 @@ import pytest
 
 from plain_support import processes
 from plain_support.processes import BackgroundProcess
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 SOON = 5.0  # [s] deadline of what takes well under one
 QUICK = ((signal.SIGINT, 0.3), (signal.SIGTERM, 0.3), (signal.SIGKILL, SOON))

@@ -12,7 +12,7 @@ import pytest
 
 from rospy_support import inbound
 from rospy_support.inbound import Ended, Refused, SocketWatch, read_block, read_http
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 LIMIT = 1000  # [bytes]

@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 
 from rospy_support import registration, rospy_internals
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 DEADLINE = 20.0  # [s] for the work that a thread does every PERIOD, on a busy machine
 PERIOD = 0.005  # [s]

@@ -34,11 +34,10 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 
 import rostest
 from plain_support.processes import BackgroundProcess
+from rostest_support.waiting import DEADLINE, until
 
 PACKAGE = 'turtle_robotont'
-DEADLINE = 60.0  # [s] for things that take well under a second on an idle machine
 END_STAGES = tuple((number, 20.0) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL))  # [s]
-POLL = 0.01  # [s]
 
 DT = 0.016  # [s] one step of the simulator
 ARENA = 11.0888891  # [m] side of the arena
@@ -124,21 +123,6 @@ def skip(reason):
         ElementTree.SubElement(case, 'skipped', message=reason)
         os.makedirs(os.path.dirname(path), exist_ok=True)
         ElementTree.ElementTree(suite).write(path)
-
-
-def until(condition, what, deadline=DEADLINE):
-    """Poll ``condition`` until it is true; return its value.
-
-    After ``deadline`` [s], raise AssertionError with ``what``, a text or a function that returns one.
-    """
-    end = time.monotonic() + deadline
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > end:
-            raise AssertionError(f'not within {deadline:g} s: {what() if callable(what) else what}')
-        time.sleep(POLL)
 
 
 def median_rate(times, span):

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from unit_support.waiting import until
+from rostest_support.waiting import until
 from usb_cam.core.capture import Capture
 from usb_cam.core.sources import EndOfSource, SourceError
 

@@ -8,7 +8,7 @@ import pytest
 
 from plain_support.doctor import packages, processes, programs, terminal_checks
 from plain_support.doctor.machine import Machine
-from unit_support.waiting import until
+from rostest_support.waiting import until
 
 PROGRAM = '#!/usr/bin/env python3\nimport rospy\nrospy.init_node("a")\n'
 
