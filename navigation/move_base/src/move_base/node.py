@@ -93,7 +93,7 @@ class MoveBase:
             self._server.start()
         self._take_goal(now)
         if self._server.is_active():
-            if self._server.is_preempt_requested():
+            if self._server.is_preempt_requested() and not self._server.is_new_goal_available():
                 self._stop()
                 self._server.set_preempted(text='The goal was cancelled.')
             elif problem or self._silence(now):
@@ -123,7 +123,8 @@ class MoveBase:
         return self._local.silence(now) or self._global.silence(now)
 
     def _take_goal(self, now):
-        if not self._server.is_new_goal_available():
+        # in lockstep, a goal of this very instant arrives before or after the period by chance: the next one takes it
+        if not self._server.is_new_goal_available() or self._server.next_goal.get_goal_id().stamp == now:
             return
         target = self._server.accept_new_goal().target_pose
         self._stop_unless_driving()
