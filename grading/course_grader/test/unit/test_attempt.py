@@ -1,12 +1,14 @@
 """How far an attempt lets time pass at once, and whose fault it is if time passes slowly."""
 import math
 import os
+import time
 import types
 
 import pytest
 
 from course_grader.attempt import attempt
 from course_grader.rules.observation import Observed
+from course_grader.supervision import policy
 
 DT = 1.0 / 120.0  # [s]
 
@@ -53,6 +55,24 @@ def test_who_takes_the_time_is_named(used, served, deadline, said):
     made = an_attempt(deadline)
     made._note_hog(used, served, 200.0)
     assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
+
+
+@pytest.mark.parametrize('served, said', [(3.0, ''), (60.0, 'for 60 s of processor time in 150 s')])
+def test_who_took_the_time_until_the_program_started_is_named(monkeypatch, served, said):
+    """The limit may be met before it is watched: it was said to keep the grader busy "for 0 s in 0 s", and failed."""
+    made = an_attempt(deadline=0.0)
+    made.observed.kept_up, made._policy, made._late_before, made.busy = True, policy.decide(), 0, ''
+    made._link = types.SimpleNamespace(step=lambda *_: time.sleep(0.01), late=0)
+    made._guard = types.SimpleNamespace(refused=lambda: '')
+    made._state = made._navigation = types.SimpleNamespace(read=lambda: None)
+    made.exercise = types.SimpleNamespace(time=30.0)
+    made._master_process = own = types.SimpleNamespace(pid=os.getpid())
+    monkeypatch.setattr(attempt, '_cpu_time', lambda _: served / 3.0)
+    monkeypatch.setattr(made, '_runs', lambda _: True)
+    student = types.SimpleNamespace(cpu=lambda: 1.0, greedy=lambda: False, exit_code=lambda: None)
+    made._spent_before = 0.0, 0.0, time.monotonic() - 150.0
+    made._watch(types.SimpleNamespace(now=0.0, dt=0.016, read=lambda: None), student, own, None)
+    assert not made.observed.kept_up and said in made.observed.trouble and bool(said) == bool(made.observed.trouble)
 
 
 @pytest.mark.parametrize('log, size, said', [

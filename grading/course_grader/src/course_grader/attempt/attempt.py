@@ -346,6 +346,7 @@ class Attempt:
 
     def _follow(self, reader, student, simulator):
         """Start time when the program has started, and watch until the end."""
+        self._spent_before = self._spent(student, simulator)
         self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
@@ -401,9 +402,8 @@ class Attempt:
 
     def _watch(self, reader, student, simulator, stimuli):
         """Watch the run until the time is over, or the verdict can no longer change."""
-        watching, began, used = ActiveTimer(), time.monotonic(), student.cpu()
-        servers = [simulator.pid, self._master_process.pid, os.getpid()]
-        before_all, before_used, stood = processes.thread_times(simulator.pid), _cpu_times(servers), 0.0
+        watching, began, stood = ActiveTimer(), time.monotonic(), 0.0
+        before_all, before_used = processes.thread_times(simulator.pid), _cpu_time(simulator.pid)
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
@@ -428,17 +428,21 @@ class Attempt:
         self._state.read()
         self._navigation.read()
         self.observed.trouble = self._guard.refused() or self.observed.trouble
-        after_used = _cpu_times(servers)
         self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), time.monotonic() - began,
-                                after_used[0] - before_used[0])
+                                _cpu_time(simulator.pid) - before_used)
         self.observed.timed_out = reader.now >= self.exercise.time
         if self.observed.kept_up and not (self._was_there() or self.observed.trouble or self.observed.events
                                           or self.observed.commands or any(self.observed.turtles.values())):
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began,
-                       student.greedy())
+        spent = self._spent(student, simulator)  # since its start, which may have taken all the time
+        self._note_hog(*(after - before for before, after in zip(self._spent_before, spent)), student.greedy())
+
+    def _spent(self, student, simulator):
+        """Return the processor times [s] of the program, and of master, simulator and grader, and the time [s]."""
+        servers = sum(map(_cpu_time, (simulator.pid, self._master_process.pid, os.getpid())))
+        return student.cpu(), servers, time.monotonic()
 
     def _is_late(self):
         """Return whether the time of the attempt is over."""
@@ -595,15 +599,12 @@ def _subscribers(master, topic):
     return {node for name, users in master.getSystemState()[1] if name == topic for node in users}
 
 
-def _cpu_times(pids):
-    """Return the processor times [s] of processes, 0 of one that has ended."""
-    times = []
-    for pid in pids:
-        try:
-            times.append(processes.cpu_time(pid))
-        except OSError:
-            times.append(0.0)
-    return times
+def _cpu_time(pid):
+    """Return the processor time [s] of a process, 0 if it has ended."""
+    try:
+        return processes.cpu_time(pid)
+    except OSError:
+        return 0.0
 
 
 def _set_environment(environment):
