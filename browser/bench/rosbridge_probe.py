@@ -100,7 +100,7 @@ def round_trip(count, beside_images=False):
             if clock() > deadline:
                 raise Silent('no image came')
     times, start = [], clock()
-    phases = stratified_phases(count, random.Random(1))
+    phases = stratified_phases(count)
     for number, phase in enumerate(phases, 1):
         drop(page, end=start + PERIOD * (number + phase))
         begun = clock()
