@@ -150,6 +150,13 @@ def hand_out(options, suite, pools, failures, facts):
     return 1 if failures or any(row.ok is False and row.figure.required for row in rows) else 0
 
 
+def list_measurements(suite):
+    """Print the names of the measurements; return the exit code."""
+    for name, measurement in suite.MEASUREMENTS.items():
+        print(f'{name:<12} {measurement.about}')
+    return 0
+
+
 def run(options, suite):
     """Measure, print and write the figures; return the exit code."""
     facts = report.machine()
@@ -165,9 +172,7 @@ def run(options, suite):
 def main():
     options, suite = parse(sys.argv[1:])
     if options.list:
-        for name, measurement in suite.MEASUREMENTS.items():
-            print(f'{name:<12} {measurement.about}')
-        return 0
+        return list_measurements(suite)
     if hasattr(suite, 'instead'):
         special = suite.instead(options)
         if special:

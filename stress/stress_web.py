@@ -1,4 +1,4 @@
-"""Attacks on the web servers: broken bytes, floods, crowds, and paths out of the folder.
+"""Attacks on the web servers: broken bytes, floods and crowds.
 
 A client beside them must notice nothing. Which refusal each wrong frame, operation, host, origin and query gets is a
 matter of the unit tests of rosbridge_core and browser_servers.
@@ -8,7 +8,6 @@ import contextlib
 import functools
 import http.client
 import json
-import os
 import socket
 import threading
 import time
@@ -18,7 +17,7 @@ import cbor2
 from figures import Figure, Target
 from rostest_support import tcpros
 from rostest_support.websocket_client import BINARY, TEXT, Ended, WebSocket, frame, handshake, masked
-from trial import NOTHING, Attack, Trial, losses, running, until
+from trial import NOTHING, Trial, losses, running, until
 
 HERE = '127.0.0.1'
 LIMIT = 10_000_000  # [B] of a message, by default
@@ -37,8 +36,6 @@ OPERATIONS = (
     {'op': 'fragment', 'id': 'x', 'data': '', 'num': 0, 'total': 1}, {'op': 'png', 'data': ''},
     {'op': 'set_level', 'level': 'error'}, {'op': 'deadman', 'timeout': 1.0})
 REQUESTS = b'GET / HTTP/1.1\r\n', b'GET /stream?topic= HTTP/1.1\r\n', b'POST / HTTP/1.1\r\nContent-Length: 5\r\n'
-SECRET = b'root:'  # how /etc/passwd begins
-UP = '..', '%2e%2e', '%2e.', '..%2f', '%252e%252e', '..%c0%af', '..\\', '..%5c', '..%00', '....//'
 
 
 class Server:
@@ -274,34 +271,9 @@ def _ask(server, path):
         return response.status, response.read()
 
 
-def paths(subject, scale, rng):
-    """Ask for files that lie outside of what a server offers."""
-    found = {}
-    with attacked(subject, 'web_paths', found, 'browser', 'web_video') as servers:
-        for server in servers.values():
-            for path in _paths():
-                server.explained(f'path {path[:99]}', _keeps_secret, server, path)
-    return found
-
-
-def _keeps_secret(server, path):
-    return SECRET not in _ask(server, path)[1]
-
-
-def _paths():
-    deep = len(os.path.abspath(__file__).split('/')) + 3
-    for up in UP:
-        for start in ('/', '/docs/', '/turtles/', '/app/'):
-            yield start + f'{up}/' * deep + 'etc/passwd'
-    yield from ('//etc/passwd', '/%2fetc/passwd', '/%2e%2e%2fetc%2fpasswd', 'file:///etc/passwd',
-                '/turtles//etc/passwd', 'http://evil.example/etc/passwd', '/' + 'x' * 50000, '/%00', '/%ff',
-                '/?' + 'a=b&' * 5000)
-
-
 ATTACKS = {
-    'web_garbage': Attack(garbage, 'broken requests, frames and messages'),
-    'web_flood': Attack(floods, '100 MB messages, half-open connections, 500 clients'),
-    'web_paths': Attack(paths, 'paths out of the folder'),
+    'web_garbage': (garbage, 'broken requests, frames and messages'),
+    'web_flood': (floods, '100 MB messages, half-open connections, 500 clients'),
 }
 
 
@@ -313,5 +285,4 @@ def _figures(name, words):
     yield Figure(f'{words}: most memory', f'{name}_memory', 'MB', max, Target('below', MEMORY))
 
 
-FIGURES = (*_figures('web_garbage', 'broken bytes'), *_figures('web_flood', 'floods of bytes and clients'),
-           *_figures('web_paths', 'paths out of the folder'))
+FIGURES = (*_figures('web_garbage', 'broken bytes'), *_figures('web_flood', 'floods of bytes and clients'))

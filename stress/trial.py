@@ -35,14 +35,6 @@ def until(condition, what):
 
 
 @dataclass(frozen=True)
-class Attack:
-    """run(subject, scale, rng) -> {figure key: samples}."""
-
-    run: object
-    about: str
-
-
-@dataclass(frozen=True)
 class Scale:
     """How much of everything. ``factor``: 1 is the full form; ``small``: for the tests, on a loaded machine."""
 
