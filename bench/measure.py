@@ -45,7 +45,6 @@ def parse(arguments):
                         help='folder with files to measure (only for suites that use files), or a bag of images')
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
-    parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
                         'a * stands for any text')
     parser.add_argument('--rounds', type=positive(int),
@@ -79,8 +78,8 @@ def parse(arguments):
         if getattr(options, name) != parser.get_default(name) and options.suite not in able:
             word = name if name == 'folder' else f'--{name}'
             parser.error(f'{word} is only for ./run bench {" and ".join(able)}')
-    if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
-        parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer and --node')
+    if options.peer and not getattr(suite, 'NEEDS_NODE', True):
+        parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer')
     try:
         if hasattr(suite, 'use'):
             suite.use(options)
@@ -98,11 +97,7 @@ def subjects(options, suite, names, folder):
     if not getattr(suite, 'NEEDS_NODE', True):
         return [SimpleNamespace(side=OURS)]
     needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
-    commands = {}
-    if options.node:
-        commands[OURS] = split_command(options.node)
-    else:
-        commands[OURS] = find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']
+    commands = {OURS: find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']}
     if options.peer:
         commands[PEER] = split_command(options.peer)
     return [Subject(side, command, folder) for side, command in commands.items()]

@@ -20,6 +20,7 @@ import measure
 import report
 from command import exit_code, positive, processes_in_folder, progress
 from figures import OURS
+from plain_support.processes import KILL
 from processes import BenchError
 from rostest_support.tcpros import TROUBLE
 from session import Measurement, Subject
@@ -84,7 +85,7 @@ def attacks(options):
 
 def _tried(attack, scale, seed, subject, _scale):
     """Return {key: samples} of an attack beside a new master, without registrations of the one before."""
-    subject.master.kill()
+    subject.master.stop(KILL)
     subject.start_master()
     try:
         return attack(subject, scale, random.Random(seed))

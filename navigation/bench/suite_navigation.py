@@ -27,7 +27,6 @@ from navigation_core.maps.scores import scores
 from navigation_core.poses import Pose
 from navigation_core.slam import mapper
 from navigation_core.slam.mapper import Mapper
-from processes import BenchError
 from session import FULL, QUICK, Measurement
 
 PACKAGE, EXECUTABLE = 'gmapping', 'slam_gmapping'
@@ -131,8 +130,6 @@ MEASUREMENTS.update(NODES)
 
 def use(options):
     """Measure the nodes with a peer, and the core without one, unless the user has chosen."""
-    if options.node:
-        raise BenchError('the suite navigation measures several nodes, so it does not accept --node')
     if options.peer:
         stacks.devel_space(options.peer)
     options.only = options.only or list(NODES if options.peer else CORE)
