@@ -78,11 +78,6 @@ class Score:
         """Return a percentile of the position errors, % of the distance."""
         return _percentile([m.position_error for m in self.found], percent)
 
-    def distance(self):
-        """Return by how much the distances are too long, %, in the median."""
-        return _percentile([100 * (np.linalg.norm(m.detection['position']) / m.marker['distance_m'] - 1)
-                            for m in self.found], 50)
-
     def rotation(self, percent):
         """Return a percentile of the rotation errors [degrees]."""
         return _percentile(self.rotations(), percent)

@@ -124,7 +124,6 @@ def scores(tool, results):
             out[f'{tool}_recall_{name}'] = [found[name].recall]
             if found[name].found:
                 out[f'{tool}_position_{name}'] = [found[name].position(50)]
-                out[f'{tool}_distance_{name}'] = [found[name].distance()]
                 out[f'{tool}_rotation_{name}'] = [found[name].rotation(95)]
                 out[f'{tool}_corner_{name}'] = found[name].corners() or [math.nan]
     return out
@@ -318,7 +317,6 @@ def _score_figures():
             for pool, of, limit in zip((median, p95), ('median', '95th percentile'), limits):
                 yield Figure(f'worst corner, {name}, {words}, {of}', f'{key}_corner_{name}', 'px', pool,
                              Target('below', limit))
-            yield Figure(f'distance too long, {name}, {words}, median', f'{key}_distance_{name}', '%', median)
     for key, words in (('flips', 'unflagged flips'), ('false', 'false positives'), ('wrong', 'wrong ids')):
         for tool, of in ('ours', 'linear'), ('gamma', f'gamma {GAMMA}'):
             yield Figure(f'{words}, {of}', f'{tool}_{key}', 'in all', max, Target('below', 1.0))

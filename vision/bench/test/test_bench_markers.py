@@ -51,7 +51,6 @@ def test_measurements_score_and_time_each_tool(folder):
         pool.update(measurement.run(None, suite_markers.QUICK))
     assert pool['ours_recall_easy'] == pool['aruco_recall_easy'] == [100] and pool['real_recall_easy'] == [0]
     assert pool['ours_position_easy'][0] < 0.2 and pool['aruco_position_easy'][0] < 1.0
-    assert abs(pool['ours_distance_easy'][0]) < 0.05 and abs(pool['gamma_distance_easy'][0]) < 0.05
     assert pool['ours_flips'] == pool['ours_false'] == pool['ours_wrong'] == [0]
     assert len(pool['ours_640x480_cpu']) == 1 and len(pool['tracking_640x480_cpu']) == suite_markers.STEPS - 1
     assert pool['tracking_found'] == [100] and pool['real_640x480_cpu'] == [7.0]
