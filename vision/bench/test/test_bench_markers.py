@@ -81,11 +81,6 @@ def test_every_id_is_in_the_baselines_dictionary():
         assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
 
 
-def test_folder_without_frames_is_refused(tmp_path):
-    with pytest.raises(BenchError, match='no frames with ground truth'):
-        suite_markers.Frames(tmp_path)
-
-
 def test_what_is_found_without_markers_is_false(tmp_path):
     """A folder with a marker, a grey image below, and a text."""
     scene = np.full((200, 200), 220, np.uint8)
