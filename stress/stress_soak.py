@@ -4,6 +4,7 @@ Every few seconds each node is called and heard. In between, clients of the simu
 never read, send half a header, or call services from many threads at once.
 """
 import random
+import re
 import socket
 import threading
 import time
@@ -151,19 +152,22 @@ MISUSES = never_read, half_headers, storm
 def _sample(nodes, samples, now):
     for key, node in nodes.items():
         try:
-            values = own_memory(node.peer.process), node.peer.descriptors(), node.peer.threads()
+            values = own_memory(node.pid), node.peer.descriptors(), node.peer.threads()
         except (OSError, psutil.Error):
             continue  # it has ended: soak_ended tells
         for name, value in zip(('memory', 'descriptors', 'threads'), values):
             samples[key][name].append((now, value))
 
 
-def own_memory(process):
-    """Return the memory [MB] that a psutil.Process has filled itself.
+def own_memory(pid):
+    """Return the memory [MB] that a process has filled itself.
 
-    Its share of files such as libraries is left out: that grows when another program that uses them ends.
+    Its share of files such as libraries is left out: that grows when another program that uses them ends. psutil adds
+    up the same from smaps, which takes six times as long.
     """
-    return sum(part.anonymous + part.swap for part in process.memory_maps()) / 1e6
+    with open(f'/proc/{pid}/smaps_rollup', encoding='utf-8') as file:
+        found = re.findall(r'^(?:Pss_Anon|Pss_Shmem|SwapPss):\s*(\d+) kB$', file.read(), re.MULTILINE)
+    return sum(map(int, found)) * 1024 / 1e6
 
 
 def growth(samples):

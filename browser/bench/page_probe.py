@@ -259,31 +259,22 @@ class Crowd:
             time.sleep(max(0.0, start + second - clock()))
 
 
-class Witness:
-    """A client of the page's server that gets all poses of a turtle: ``stamps`` [s]."""
-
-    def __init__(self, port):
-        self.stamps = []
-        self._socket = connected(port)
-        self._socket.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
-        threading.Thread(target=self._run, daemon=True).start()
-        await_true(lambda: self.stamps, COME_UP, 'a pose at the client beside the pages')
-
-    def _run(self):
-        while True:
-            for received in self._socket.frames():
-                if b'"publish"' in received:
-                    self.stamps.append(clock())
-
-
 def visitors(port, count, seconds):
     """Let clients connect; one third closes the connection, one resets it, one reads nothing. Report the stamps [s] of
     the poses of a client that only listens.
     """
     _spawner()
     drive(['turtle1/cmd_vel'], turn=1.0, period=PERIOD)
-    witness, stalled, start = Witness(port), [], clock()
-    witness.stamps.clear()
+    witness, stamps, stalled = connected(port), [], []
+    witness.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
+
+    def read():
+        while True:
+            stamps.extend(clock() for received in witness.frames() if b'"publish"' in received)
+    threading.Thread(target=read, daemon=True).start()
+    await_true(lambda: stamps, COME_UP, 'a pose at the client beside the pages')
+    stamps.clear()
+    start = clock()
     for number in range(count):
         time.sleep(max(0.0, start + seconds * number / count - clock()))
         client = connected(port)
@@ -296,7 +287,7 @@ def visitors(port, count, seconds):
             client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))  # close() resets it
         client.close()
     time.sleep(SETTLE)
-    say(stamps=witness.stamps, stalled=len(stalled))
+    say(stamps=stamps, stalled=len(stalled))
 
 
 def _one_core_browser():

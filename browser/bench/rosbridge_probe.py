@@ -118,22 +118,17 @@ def round_trip(count, beside_images=False):
 def rate(seconds):
     """Report the highest rate [Hz] of messages there and back of which at most 1 % are late."""
     page = echoing()
+
+    def holds(hertz):
+        late, reached = offered(page, hertz, seconds)
+        drop(page, 0.5)
+        return late <= 0.01 and reached >= 0.99 * hertz
     found, tried = 0.0, 200.0
-    while True:
-        late, reached = offered(page, tried, seconds)
-        if late > 0.01 or reached < 0.99 * tried:
-            break
+    while holds(tried):
         found, tried = tried, tried * STEP
-        drop(page, 0.2)
-    drop(page, 0.5)
     for _ in range(2):  # between the last that held and the first that did not
         middle = (found * tried) ** 0.5
-        late, reached = offered(page, middle, seconds)
-        if late > 0.01 or reached < 0.99 * middle:
-            tried = middle
-        else:
-            found = middle
-        drop(page, 0.5)
+        found, tried = (middle, tried) if holds(middle) else (found, middle)
     say(rate=found)
 
 
