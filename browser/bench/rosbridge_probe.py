@@ -126,7 +126,7 @@ def rate(seconds):
     found, tried = 0.0, 200.0
     while holds(tried):
         found, tried = tried, tried * STEP
-    for _ in range(2):  # between the last that held and the first that did not
+    for _ in range(2 if found else 0):  # between the last that held and the first that did not
         middle = (found * tried) ** 0.5
         found, tried = (middle, tried) if holds(middle) else (found, middle)
     say(rate=found)
