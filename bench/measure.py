@@ -137,7 +137,8 @@ def hand_out(options, suite, pools, failures, facts):
     for name, side, number, text in failures:
         rest = f'its figures are of {number - 1} of {options.rounds} rounds' if number > 1 else 'it has no figures'
         print(f'Not measured: {name} of {side} in round {number} ({rest}). {text}')
-    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy}
+    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy,
+                **({'seed': options.seed} if hasattr(options, 'seed') else {})}
     facts = {**facts, 'load_after': round(os.getloadavg()[0], 2)}
     told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
             for name, side, number, text in failures]

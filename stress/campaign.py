@@ -30,7 +30,6 @@ SUITES = {  # minutes that the full form takes, about
     'web': 3.0, 'interrupts': 12.0, 'soak': 60.0}
 DEFAULT = [name for name in SUITES if name != 'soak']
 MANY_FILES = 16384
-LARGEST_SEED = 2 ** 31 - 1
 
 
 def parse(arguments):
@@ -38,12 +37,14 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
     parser.add_argument('suites', nargs='*', metavar='SUITE',
                         help=f'one or more of {", ".join(SUITES)} (default: all but soak)')
-    parser.add_argument('--minutes', type=positive(float), metavar='N',
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument('--minutes', type=positive(float), metavar='N',
                         help='approximate length of each suite (default: '
                         + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()) + ')')
-    parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test, without the '
+    length.add_argument('--small', action='store_true', help='a little of everything, as in ./run test, without the '
                         'targets that depend on the speed of the machine')
-    parser.add_argument('--seed', type=int, help='send the same inputs as the run that printed this seed')
+    parser.add_argument('--seed', type=int, default=random.randrange(2 ** 31),
+                        help='send the same inputs as the run that printed this seed')
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these attacks; --list shows their names')
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/stress.json)')
     parser.add_argument('--list', action='store_true', help='list the attacks of the suites and exit')
@@ -51,12 +52,6 @@ def parse(arguments):
     for name in options.suites:
         if name not in SUITES:
             parser.error(f'there is no suite {name!r}; the suites are {", ".join(SUITES)}')
-    if options.small and options.minutes:
-        parser.error('--small has a fixed length; leave out --minutes')
-    if options.seed is not None and not 0 <= options.seed <= LARGEST_SEED:
-        parser.error(f'--seed is {options.seed}; it must be 0 to {LARGEST_SEED}')
-    if options.seed is None:
-        options.seed = random.SystemRandom().randrange(LARGEST_SEED)
     options.suites = options.suites or DEFAULT
     options.json = options.json or os.path.join(measure.REPOSITORY, 'output', 'stress.json')
     options.suite = ' '.join(options.suites)
@@ -96,7 +91,7 @@ def _tried(attack, scale, seed, subject, _scale):
 def run(options, suite):
     """Run the attacks, print and write the figures; return the exit code."""
     progress(f'Seed: {options.seed}; --seed {options.seed} sends the same inputs.')
-    facts = {**report.machine(), 'seed': options.seed}
+    facts = report.machine()
     with processes_in_folder() as folder:
         names = [name for name in suite.MEASUREMENTS if not options.only or name in options.only]
         pools, failures = measure.measure(options, suite, names, [Subject(OURS, ['unused'], folder)])
