@@ -48,14 +48,13 @@ def rate_in_window(stamps, window, edge):
     return (len(stamps) - 1) / max(stamps[-1] - stamps[0], window - edge)
 
 
-def stratified_phases(count, rng):
-    """`count` phases in [0, 1), one at random in each of `count` equal parts, in random order.
+def stratified_phases(count):
+    """Return ``count`` phases in [0, 1), one at random in each of ``count`` equal parts, in random order.
 
     As even as a grid and as free of patterns as chance: a median over them scatters far less than over plain chance.
     """
-    phases = [(index + rng.random()) / count for index in range(count)]
-    rng.shuffle(phases)
-    return phases
+    rng = np.random.default_rng(1)
+    return rng.permutation((np.arange(count) + rng.random(count)) / count).tolist()
 
 
 NEAR_SHARE = 0.005  # a rate measured over a second or two repeats within that

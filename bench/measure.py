@@ -45,7 +45,6 @@ def parse(arguments):
                         help='folder with files to measure (only for suites that use files), or a bag of images')
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
-    parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
                         'a * stands for any text')
     parser.add_argument('--rounds', type=positive(int),
@@ -79,8 +78,8 @@ def parse(arguments):
         if getattr(options, name) != parser.get_default(name) and options.suite not in able:
             word = name if name == 'folder' else f'--{name}'
             parser.error(f'{word} is only for ./run bench {" and ".join(able)}')
-    if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
-        parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer and --node')
+    if options.peer and not getattr(suite, 'NEEDS_NODE', True):
+        parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer')
     try:
         if hasattr(suite, 'use'):
             suite.use(options)
@@ -98,11 +97,7 @@ def subjects(options, suite, names, folder):
     if not getattr(suite, 'NEEDS_NODE', True):
         return [SimpleNamespace(side=OURS)]
     needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
-    commands = {}
-    if options.node:
-        commands[OURS] = split_command(options.node)
-    else:
-        commands[OURS] = find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']
+    commands = {OURS: find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']}
     if options.peer:
         commands[PEER] = split_command(options.peer)
     return [Subject(side, command, folder) for side, command in commands.items()]
@@ -142,12 +137,20 @@ def hand_out(options, suite, pools, failures, facts):
     for name, side, number, text in failures:
         rest = f'its figures are of {number - 1} of {options.rounds} rounds' if number > 1 else 'it has no figures'
         print(f'Not measured: {name} of {side} in round {number} ({rest}). {text}')
-    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy}
+    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy,
+                **({'seed': options.seed} if hasattr(options, 'seed') else {})}
     facts = {**facts, 'load_after': round(os.getloadavg()[0], 2)}
     told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
             for name, side, number, text in failures]
     write_figures(options.json, report.as_json(options.suite, rows, told, settings, facts))
     return 1 if failures or any(row.ok is False and row.figure.required for row in rows) else 0
+
+
+def list_measurements(suite):
+    """Print the names of the measurements; return the exit code."""
+    for name, measurement in suite.MEASUREMENTS.items():
+        print(f'{name:<12} {measurement.about}')
+    return 0
 
 
 def run(options, suite):
@@ -165,9 +168,7 @@ def run(options, suite):
 def main():
     options, suite = parse(sys.argv[1:])
     if options.list:
-        for name, measurement in suite.MEASUREMENTS.items():
-            print(f'{name:<12} {measurement.about}')
-        return 0
+        return list_measurements(suite)
     if hasattr(suite, 'instead'):
         special = suite.instead(options)
         if special:

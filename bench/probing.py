@@ -37,8 +37,10 @@ def await_true(condition, patience, what):
 def repeat(period, call):
     """Call a function every ``period`` [s] from a thread that ends with the probe."""
     def run():
+        due = clock()
         while True:
-            time.sleep(period)
+            due = max(clock(), due + period)
+            time.sleep(max(0.0, due - clock()))
             call()
     threading.Thread(target=run, daemon=True).start()
 

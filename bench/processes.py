@@ -52,11 +52,6 @@ class Cpu:
         """Return the CPU time so far, in % of a core."""
         return 100.0 * self.seconds() / (time.perf_counter() - self._begun)
 
-    def percent_over(self, seconds):
-        """Return the same after this time [s]."""
-        time.sleep(seconds)
-        return self.percent()
-
 
 def peak_memory(pid):
     """Return the peak resident memory (VmHWM) [bytes], which psutil does not have; 0 for a zombie."""
@@ -132,12 +127,6 @@ class Child(processes.BackgroundProcess):
         for child in (self, *watched):
             text += f'\n  Last lines of {child.name}:\n{child.tail()}'
         return text
-
-    def kill(self):
-        """End it by SIGKILL, but not its descendants."""
-        self.process.kill()
-        self.process.wait()
-        self.stop()
 
     def stop(self, stages=processes.END_STAGES):
         """End it and its descendants, by force if need be. Twice is harmless."""

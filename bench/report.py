@@ -59,44 +59,20 @@ def verdict(rows):
     return text + '.'
 
 
-def cpu_model(cpuinfo):
-    """Return the processor's name in the text of /proc/cpuinfo; 'unknown' if it has none (some ARM boards)."""
-    found = re.search(r'^(?:model name|Model|Hardware)\s*:\s*(.*)$', cpuinfo, re.MULTILINE)
-    return found[1] if found else 'unknown'
-
-
 def machine():
     """Return the facts of this machine that figures depend on; no names, no paths."""
     with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
-        model = cpu_model(file.read())
-    return {
-        'cores': os.cpu_count(),
-        'cpu': model,
-        'architecture': platform.machine(),
-        'python': platform.python_version(),
-        'load_before': round(os.getloadavg()[0], 2),
-    }
+        model = re.search(r'^(?:model name|Model|Hardware)\s*:\s*(.*)$', file.read(), re.MULTILINE)
+    return {'cores': os.cpu_count(), 'cpu': model[1] if model else 'unknown',  # as on some ARM boards
+            'architecture': platform.machine(), 'python': platform.python_version(),
+            'load_before': round(os.getloadavg()[0], 2)}
 
 
 def as_json(suite, rows, failures, settings, facts):
     """Return the whole run as JSON text; rows without samples are null."""
-    document = {
-        'suite': suite,
-        'when': time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime()),
-        'machine': facts,
-        'settings': settings,
-        'figures': [_row_as_dict(row) for row in rows],
-        'failures': failures,
-    }
-    return json.dumps(document, indent=2) + '\n'
-
-
-def _row_as_dict(row):
-    figure = row.figure
-    entry = {'name': figure.name, 'key': figure.key, 'unit': figure.unit}
-    entry.update(ours=row.ours, peer=row.peer, ratio=row.ratio)
-    entry.update(target=str(figure.target) if figure.target else None, ok=row.ok)
-    for side in (OURS, PEER):
-        entry[f'{side}_samples'] = row.counts[side]
-        entry[f'{side}_range'] = row.ranges[side]
-    return entry
+    figures = [{'name': row.figure.name, 'key': row.figure.key, 'unit': row.figure.unit, 'ours': row.ours,
+                'peer': row.peer, 'ratio': row.ratio, 'target': row.figure.target and str(row.figure.target),
+                'ok': row.ok, **{f'{side}_samples': row.counts[side] for side in (OURS, PEER)},
+                **{f'{side}_range': row.ranges[side] for side in (OURS, PEER)}} for row in rows]
+    return json.dumps({'suite': suite, 'when': time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime()), 'machine': facts,
+                       'settings': settings, 'figures': figures, 'failures': failures}, indent=2) + '\n'

@@ -65,8 +65,7 @@ def find_node(package, executable):
     except (OSError, subprocess.TimeoutExpired) as error:
         raise BenchError(f'catkin_find does not work ({error}). Run this through ./run bench.') from error
     if not found.strip():
-        raise BenchError(f'No executable {executable} in package {package}. Build it with ./run build, '
-                         "or name one with --node 'command'.")
+        raise BenchError(f'No executable {executable} in package {package}. Build it with ./run build.')
     return [found.splitlines()[0]]
 
 
@@ -129,14 +128,11 @@ def answer(probe, patience=0.0, *watched):
         raise BenchError(f'{probe.name} printed {line!r}, expected JSON. Its last lines:\n{probe.tail()}') from error
 
 
-def seconds_to_first(subject, scale, probe, *arguments):
-    """Return the times [s] from the start of the node to the ``first`` [s] that a probe says, which is ready before.
-
-    ``probe`` (): starts it; or the name of a topic.
-    """
+def seconds_to_first(subject, scale, topic, *arguments):
+    """Return the times [s] from the start of the node to the first message at a subscriber that is there before."""
     seconds = []
     for _ in range(scale.starts):
-        with subject.probe('topic_probe', 'first', topic=probe) if isinstance(probe, str) else probe() as waiting:
+        with subject.probe('topic_probe', 'first', topic=topic) as waiting:
             answer(waiting)
             begun = time.perf_counter()
             with subject.node(*arguments) as node:
@@ -149,8 +145,9 @@ def listened(subject, node, scale, **arguments):
     with subject.probe('topic_probe', 'listen', seconds=scale.window, **arguments) as probe:
         answer(probe, 0.0, node)
         time.sleep(SETTLE)
-        used = Cpu(node.pid).percent_over(scale.window)
-        return used, answer(probe, scale.window, node)['stamps']
+        cpu = Cpu(node.pid)
+        time.sleep(scale.window)
+        return cpu.percent(), answer(probe, scale.window, node)['stamps']
 
 
 def split_command(text):

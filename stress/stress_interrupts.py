@@ -5,19 +5,20 @@ There, rospy without the repair of rospy_support waits for a lock that it holds 
 """
 import os
 import signal
+import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
 from figures import Figure, Target, median
 from rostest_support import course_texts
 from session import find_node
-from trial import Attack, running, until
+from trial import running, until
 
 OFF = {'TURTLE_ROBOTONT_REPAIR_ROSPY': '0'}
 TOGETHER = 12  # programs that run at once
 MAX_RUN = 2.0  # [s] from the moment at which rospy catches signals to Ctrl-C
 END_TIMEOUT = 15.0  # [s] after Ctrl-C; a program that still runs then never ends
-POLL = 0.02  # [s]
 BUSY = '''import rospy
 from geometry_msgs.msg import Twist
 
@@ -53,12 +54,12 @@ def _interrupted(subject, count, rng, **environment):
                     for number in range(first, min(first + TOGETHER, count))]
                 for program in programs:
                     until(lambda program=program: _catches_signals(program), f'{program.name} calls init_node')
-                for program, seconds in _ends(programs, rng):
-                    found['hung'].append(int(seconds is None))
-                    found['failed'].append(int('Traceback' in program.output()))
-                    found['time'].append(END_TIMEOUT if seconds is None else seconds)
-                    if seconds is None:
-                        program.process.kill()
+                with ThreadPoolExecutor(TOGETHER) as threads:
+                    pauses = [rng.uniform(0.0, MAX_RUN) for _ in programs]
+                    for program, seconds in zip(programs, threads.map(_ended, programs, pauses)):
+                        found['hung'].append(int(seconds is None))
+                        found['failed'].append(int('Traceback' in program.output()))
+                        found['time'].append(END_TIMEOUT if seconds is None else seconds)
     return found
 
 
@@ -78,29 +79,22 @@ def _catches_signals(program):
     return int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1
 
 
-def _ends(programs, rng):
-    """Interrupt the programs at random moments; return [(program, time to its end [s], or None)]."""
-    due = {program: time.monotonic() + rng.uniform(0.0, MAX_RUN) for program in programs}
-    ended, interrupted = {}, set()
-    while len(ended) < len(programs):
-        now = time.monotonic()
-        for program in programs:
-            if program not in interrupted and now > due[program]:
-                program.process.send_signal(signal.SIGINT)
-                due[program] = time.monotonic()
-                interrupted.add(program)
-            elif program in interrupted and program not in ended:
-                if program.process.poll() is not None:
-                    ended[program] = now - due[program]
-                elif now > due[program] + END_TIMEOUT:
-                    ended[program] = None
-        time.sleep(POLL)
-    return list(ended.items())
+def _ended(program, pause):
+    """Interrupt a program after a pause [s]; return the time to its end [s], or None, and kill it."""
+    time.sleep(pause)
+    program.process.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    try:
+        program.process.wait(END_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        program.process.kill()
+        return None
+    return time.monotonic() - begun
 
 
 ATTACKS = {
-    'repaired': Attack(repaired, "Ctrl-C in the course texts' programs"),
-    'original': Attack(original, 'the same with rospy as it is'),
+    'repaired': (repaired, "Ctrl-C in the course texts' programs"),
+    'original': (original, 'the same with rospy as it is'),
 }
 FIGURES = (
     Figure('Ctrl-C', 'repaired_hung', '', len),

@@ -1,32 +1,34 @@
-"""Attacks on the web servers: broken bytes, floods, crowds, and paths out of the folder.
+"""Attacks on the web servers: broken bytes, floods and crowds.
 
 A client beside them must notice nothing. Which refusal each wrong frame, operation, host, origin and query gets is a
 matter of the unit tests of rosbridge_core and browser_servers.
 """
 
 import contextlib
-import functools
 import http.client
 import json
-import os
 import socket
 import threading
 import time
 
 import cbor2
 
-from figures import Figure, Target
+from figures import Figure, Target, intervals
+from processes import peak_memory
 from rostest_support import tcpros
 from rostest_support.websocket_client import BINARY, TEXT, Ended, WebSocket, frame, handshake, masked
-from trial import NOTHING, Attack, Trial, losses, running, until
+from trial import NOTHING, POLL, running, until
 
 HERE = '127.0.0.1'
+SERVERS = 'rosbridge', 'browser', 'web_video'
 LIMIT = 10_000_000  # [B] of a message, by default
 LARGE = 100 * 10 ** 6  # [B]
 CHUNK = 1 << 20  # [B]
 GAP = 1.0  # [s] in which a client beside it gets no pose
 MEMORY = 400.0  # [MB]
 ANY_CODE = 1000  # the least code of a close frame
+SETTLED = 20.0  # [s] within which a server has released what its clients left
+SPARE = 8  # descriptors and threads that may come and go: its own calls to the master and clients
 OPERATIONS = (
     {'op': 'advertise', 'topic': '/web', 'type': 'std_msgs/String'}, {'op': 'unadvertise', 'topic': '/web'},
     {'op': 'publish', 'topic': '/web', 'msg': {'data': 'x'}}, {'op': 'subscribe', 'topic': '/turtle1/pose'},
@@ -37,34 +39,66 @@ OPERATIONS = (
     {'op': 'fragment', 'id': 'x', 'data': '', 'num': 0, 'total': 1}, {'op': 'png', 'data': ''},
     {'op': 'set_level', 'level': 'error'}, {'op': 'deadman', 'timeout': 1.0})
 REQUESTS = b'GET / HTTP/1.1\r\n', b'GET /stream?topic= HTTP/1.1\r\n', b'POST / HTTP/1.1\r\nContent-Length: 5\r\n'
-SECRET = b'root:'  # how /etc/passwd begins
-UP = '..', '%2e%2e', '%2e.', '..%2f', '%252e%252e', '..%c0%af', '..\\', '..%5c', '..%00', '....//'
 
 
 class Server:
-    """A web server under attack: where it listens, and its Trial."""
+    """A web server under attack: where it listens, and what is lost of what it is sent."""
 
     def __init__(self, node):
-        self.node = node
-        self.key = node.kind.key
-        port = until(lambda: _parameter(node, 'actual_port'), f'the port of {self.key}')
-        self.place = HERE, port
-        self.trial = Trial(node)
-        self.unexplained = []
+        self._node, self.key = node, node.kind.key
+        self.place = HERE, until(self._port, f'the port of {self.key}')
+        self.inputs = self._hung = 0
+        self._unexplained = []
+        node.answers()  # the node now has everything open that a first listener needs
+        self._before = self._open()
 
-    def explained(self, attack, call, *arguments, **keywords):
-        """Count an input; ``call(...)`` returns whether the answer says why."""
-        if not self.trial.answered(functools.partial(call, *arguments, **keywords)):
-            self.unexplained.append(attack)
+    def _port(self):
+        code, _, value = self._node.master.getParam(tcpros.CALLER, f'{self._node.kind.node}/actual_port')
+        return value if code == 1 else None
 
-    def client(self, headers=()):
+    def _open(self):
+        return self._node.peer.descriptors(), self._node.peer.threads()
+
+    def answered(self, call, *arguments):
+        """Count an input; ``call(...)`` sends it and waits. Return its value, None without an answer."""
+        self.inputs += 1
+        try:
+            return call(*arguments)
+        except socket.timeout:
+            self._hung += 1
+        except tcpros.TROUBLE:
+            pass  # closed, or answered with an error: an answer, too
+        return None
+
+    def explained(self, attack, call, *arguments):
+        """Do the same; ``call(...)`` returns whether the answer says why."""
+        if not self.answered(call, *arguments):
+            self._unexplained.append(attack)
+
+    def client(self):
         """Return a connected client."""
-        return WebSocket(self.place, tcpros.DEADLINE, headers)
+        return WebSocket(self.place, tcpros.DEADLINE)
 
+    def samples(self, name):
+        """End the attack; return {key: samples} of all that was lost."""
+        for attack in sorted(set(self._unexplained)):
+            print(f'    {self.key} did not say why: {attack}', flush=True)
+        found = {'inputs': self.inputs, 'hung': self._hung, 'unexplained': len(self._unexplained),
+                 'ended': int(not self._node.child.runs())}
+        if not found['ended']:
+            found['memory'] = peak_memory(self._node.pid) / 1e6
+            found['deaf'] = int(not self._node.answers())
+            found['descriptors'], found['threads'] = self._left()
+        return {f'{name}_{key}': [value] for key, value in found.items()}
 
-def _parameter(node, name):
-    code, _, value = node.master.getParam(tcpros.CALLER, f'{node.kind.node}/{name}')
-    return value if code == 1 else None
+    def _left(self):
+        """Return how many more descriptors and threads there are than before; wait up to SETTLED for few."""
+        end = time.monotonic() + SETTLED
+        while True:
+            left = [now - before for now, before in zip(self._open(), self._before)]
+            if max(left) <= SPARE or time.monotonic() > end:
+                return left
+            time.sleep(POLL)
 
 
 class Witness:
@@ -72,58 +106,41 @@ class Witness:
 
     def __init__(self, server):
         self._socket = server.client()
-        self.stamps, self.answers, self.lost = [], 0, 0
+        self._stamps, self._answered = [], threading.Event()
         self._socket.subscribe('/turtle1/pose', 'turtlesim/Pose')
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
-        until(lambda: self.stamps, 'a pose at the client beside')
+        until(lambda: self._stamps, 'a pose at the client beside')
 
     def _run(self):
-        try:
+        with contextlib.suppress(OSError):
             while True:
                 for received in self._socket.frames():
                     if b'"publish"' in received:
-                        self.stamps.append(time.monotonic())
+                        self._stamps.append(time.monotonic())
                     else:
-                        self.answers += 1
-        except OSError:
-            self.lost = 1
-
-    def ask(self):
-        """Return whether a call of it is answered."""
-        answers = self.answers
-        with contextlib.suppress(OSError):
-            self._socket.send(op='call_service', service='/rosapi/get_time')
-        end = time.monotonic() + tcpros.DEADLINE
-        while self.answers == answers and not self.lost and time.monotonic() < end:
-            time.sleep(0.01)
-        return self.answers > answers
+                        self._answered.set()
 
     def samples(self, name):
-        """Stop; return the problems that were noticed."""
-        unanswered = 0 if self.ask() else 1
-        lost = self.lost
+        """Call a service, and stop; return the problems that were noticed."""
+        with contextlib.suppress(OSError):
+            self._socket.send(op='call_service', service='/rosapi/get_time')
+        lost = not self._answered.wait(tcpros.DEADLINE)
         with contextlib.suppress(OSError):
             self._socket.socket.shutdown(socket.SHUT_RDWR)
         self._thread.join()
         self._socket.close()
-        gap = max((later - earlier for earlier, later in zip(self.stamps, self.stamps[1:])), default=tcpros.DEADLINE)
-        return {f'{name}_witness': [lost + unanswered], f'{name}_gap': [gap]}
+        return {f'{name}_witness': [int(lost)], f'{name}_gap': [max(intervals(self._stamps), default=tcpros.DEADLINE)]}
 
 
 @contextlib.contextmanager
-def attacked(subject, name, found, *keys):
-    """Yield the Servers of these kinds of nodes beside a Witness; put losses into ``found``."""
-    with running(subject, 'turtlesim', 'rosbridge', *keys) as nodes:
-        servers = {key: Server(nodes[key]) for key in dict.fromkeys(('rosbridge', *keys))}
+def attacked(subject, name, found):
+    """Yield the Servers by kind beside a Witness; put losses into ``found``."""
+    with running(subject, 'turtlesim', *SERVERS) as nodes:
+        servers = {key: Server(nodes[key]) for key in SERVERS}
         witness = Witness(servers['rosbridge'])
         yield servers
-        parts = [witness.samples(name)]
-        for server in servers.values():
-            parts += [server.trial.samples(name), {f'{name}_unexplained': [len(server.unexplained)],
-                                                   f'{name}_memory': [server.node.peak_memory()]}]
-            for attack in sorted(set(server.unexplained)):
-                print(f'    {server.key} did not say why: {attack}', flush=True)
+        parts = [witness.samples(name), *(server.samples(name) for server in servers.values())]
         for part in parts:
             for key, values in part.items():
                 found.setdefault(key, []).extend(values)
@@ -163,10 +180,10 @@ def _is_ended(server, data):
 def garbage(subject, scale, rng):
     """Send broken requests, frames and messages."""
     found = {}
-    with attacked(subject, 'web_garbage', found, 'browser', 'web_video') as servers:
+    with attacked(subject, 'web_garbage', found) as servers:
         for server in servers.values():
             for _ in range(scale.count(3000, 60)):
-                server.trial.answered(functools.partial(_is_ended, server, _garbage(server, rng)))
+                server.answered(_is_ended, server, _garbage(server, rng))
     return found
 
 
@@ -221,7 +238,7 @@ def _flood(server, make):
 def floods(subject, scale, rng):
     """Messages of 100 MB, 500 clients at once, connections that stay half open, and clients that read nothing."""
     found = {}
-    with attacked(subject, 'web_flood', found, 'browser', 'web_video') as servers:
+    with attacked(subject, 'web_flood', found) as servers:
         for key in ('rosbridge', 'browser'):
             for name, make in FLOODS.items():
                 servers[key].explained(name, _flood, servers[key], make)
@@ -238,13 +255,18 @@ def _half_open(server, count, rng):
     if server.key != 'web_video':
         parts += [handshake({}) + frame(TEXT, b'x', length=rng.randint(2, LIMIT)),
                   handshake({}) + b'\x81']
-    kept = []
-    for number in range(count):
-        kept.append(tcpros.connect(server.place, parts[number % len(parts)]))
-    server.trial.inputs += count
-    server.explained('a request beside half-open connections', lambda: _ask(server, '/')[0] in (200, 404))
+    kept = [tcpros.connect(server.place, parts[number % len(parts)]) for number in range(count)]
+    server.inputs += count
+    server.explained('a request beside half-open connections', _is_served, server)
     for connection in kept:
         connection.close()
+
+
+def _is_served(server):
+    connection = http.client.HTTPConnection(*server.place, timeout=tcpros.DEADLINE)
+    with contextlib.closing(connection):
+        connection.request('GET', '/')
+        return connection.getresponse().status in (200, 404)
 
 
 def _crowd(server, count):
@@ -265,53 +287,23 @@ def _joined(server, clients):
         return ended.code == 503 and 'connected already' in ended.reason
 
 
-def _ask(server, path):
-    """Return (status, text) of a request whose path is sent as it is."""
-    request = f'GET {path} HTTP/1.1\r\nHost: {HERE}:{server.place[1]}\r\nConnection: close\r\n\r\n'
-    with tcpros.connect(server.place, request.encode()) as connection:
-        response = http.client.HTTPResponse(connection)
-        response.begin()
-        return response.status, response.read()
-
-
-def paths(subject, scale, rng):
-    """Ask for files that lie outside of what a server offers."""
-    found = {}
-    with attacked(subject, 'web_paths', found, 'browser', 'web_video') as servers:
-        for server in servers.values():
-            for path in _paths():
-                server.explained(f'path {path[:99]}', _keeps_secret, server, path)
-    return found
-
-
-def _keeps_secret(server, path):
-    return SECRET not in _ask(server, path)[1]
-
-
-def _paths():
-    deep = len(os.path.abspath(__file__).split('/')) + 3
-    for up in UP:
-        for start in ('/', '/docs/', '/turtles/', '/app/'):
-            yield start + f'{up}/' * deep + 'etc/passwd'
-    yield from ('//etc/passwd', '/%2fetc/passwd', '/%2e%2e%2fetc%2fpasswd', 'file:///etc/passwd',
-                '/turtles//etc/passwd', 'http://evil.example/etc/passwd', '/' + 'x' * 50000, '/%00', '/%ff',
-                '/?' + 'a=b&' * 5000)
-
-
 ATTACKS = {
-    'web_garbage': Attack(garbage, 'broken requests, frames and messages'),
-    'web_flood': Attack(floods, '100 MB messages, half-open connections, 500 clients'),
-    'web_paths': Attack(paths, 'paths out of the folder'),
+    'web_garbage': (garbage, 'broken requests, frames and messages'),
+    'web_flood': (floods, '100 MB messages, half-open connections, 500 clients'),
 }
 
 
 def _figures(name, words):
-    yield from losses(name, words)
+    yield Figure(f'{words}: inputs', f'{name}_inputs', '', sum)
+    yield Figure(f'{words}: never answered', f'{name}_hung', '', sum, NOTHING)
+    yield Figure(f'{words}: nodes ended', f'{name}_ended', '', sum, NOTHING)
+    yield Figure(f'{words}: deaf afterwards', f'{name}_deaf', '', sum, NOTHING)
+    yield Figure(f'{words}: descriptors left', f'{name}_descriptors', '', max, Target('at_most', SPARE))
+    yield Figure(f'{words}: threads left', f'{name}_threads', '', max, Target('at_most', SPARE))
     yield Figure(f'{words}: answered without saying why', f'{name}_unexplained', '', sum, NOTHING)
     yield Figure(f'{words}: calls of a client beside lost', f'{name}_witness', '', sum, NOTHING)
     yield Figure(f'{words}: longest time without a pose beside', f'{name}_gap', 's', max, Target('below', GAP))
     yield Figure(f'{words}: most memory', f'{name}_memory', 'MB', max, Target('below', MEMORY))
 
 
-FIGURES = (*_figures('web_garbage', 'broken bytes'), *_figures('web_flood', 'floods of bytes and clients'),
-           *_figures('web_paths', 'paths out of the folder'))
+FIGURES = (*_figures('web_garbage', 'broken bytes'), *_figures('web_flood', 'floods of bytes and clients'))

@@ -1,22 +1,19 @@
-"""Nodes under attack: start them with the nodes that they need, watch them from outside, count losses. No rospy."""
+"""Nodes under attack: start them with the nodes that they need, look at them from outside. No rospy."""
 import contextlib
-import socket
 import subprocess
 import tempfile
 import time
 from dataclasses import dataclass
 
-from figures import Figure, Target
-from processes import BenchError, peak_memory, tree
+from figures import Target
+from processes import BenchError, tree
 from rostest_support import node_kinds, tcpros
 from rostest_support.tcpros import TROUBLE
 from session import find_node
 
 COME_UP = 40.0  # [s] until a node has registered everything, on a loaded machine
 POLL = 0.05  # [s]
-SETTLED = 20.0  # [s] within which a node has released what its clients left
 NOTHING = Target('at_most', 0)
-SPARE = 8  # descriptors and threads that may come and go: the node's own calls to master and clients
 
 
 def until(condition, what):
@@ -32,14 +29,6 @@ def until(condition, what):
         if time.monotonic() > end:
             raise BenchError(f'not within {COME_UP:g} s: {what}')
         time.sleep(POLL)
-
-
-@dataclass(frozen=True)
-class Attack:
-    """run(subject, scale, rng) -> {figure key: samples}."""
-
-    run: object
-    about: str
 
 
 @dataclass(frozen=True)
@@ -93,13 +82,9 @@ class Node:
         except TROUBLE:
             return False
 
-    def caller(self, name, kind, timeout=tcpros.DEADLINE):
+    def caller(self, name, kind):
         """Return a persistent connection to a service, by absolute name."""
-        return tcpros.Caller(tcpros.address(self.master.lookupService(tcpros.CALLER, name)[2]), name, kind, timeout)
-
-    def peak_memory(self):
-        """Return the peak resident memory [MB]."""
-        return peak_memory(self.pid) / 1e6
+        return tcpros.Caller(tcpros.address(self.master.lookupService(tcpros.CALLER, name)[2]), name, kind)
 
 
 @contextlib.contextmanager
@@ -115,52 +100,3 @@ def running(subject, *keys):
         for node in nodes.values():
             node.await_registered()
         yield nodes
-
-
-class Trial:
-    """Watches a Node through an attack."""
-
-    def __init__(self, node):
-        self.node = node
-        self.inputs = self.hung = 0
-        node.answers()  # the node now has everything open that a first listener needs
-        self._descriptors, self._threads = node.peer.descriptors(), node.peer.threads()
-
-    def answered(self, call):
-        """Count an input; ``call()`` sends it and waits. Return its value, None without an answer."""
-        self.inputs += 1
-        try:
-            return call()
-        except socket.timeout:
-            self.hung += 1
-        except TROUBLE:
-            pass  # closed, or answered with an error: an answer, too
-        return None
-
-    def samples(self, name):
-        """End the attack; return {key: samples} of all that was lost."""
-        time.sleep(POLL)
-        found = {'inputs': self.inputs, 'hung': self.hung, 'ended': int(not self.node.child.runs())}
-        if not found['ended']:
-            found['deaf'] = int(not self.node.answers())
-            found['descriptors'], found['threads'] = self._left()
-        return {f'{name}_{key}': [value] for key, value in found.items()}
-
-    def _left(self):
-        """Return how many more descriptors and threads there are than before; wait up to SETTLED for few."""
-        end = time.monotonic() + SETTLED
-        while True:
-            left = self.node.peer.descriptors() - self._descriptors, self.node.peer.threads() - self._threads
-            if max(left) <= SPARE or time.monotonic() > end:
-                return left
-            time.sleep(POLL)
-
-
-def losses(name, words):
-    """Return the figures of a Trial's samples."""
-    yield Figure(f'{words}: inputs', f'{name}_inputs', '', sum)
-    yield Figure(f'{words}: never answered', f'{name}_hung', '', sum, NOTHING)
-    yield Figure(f'{words}: nodes ended', f'{name}_ended', '', sum, NOTHING)
-    yield Figure(f'{words}: deaf afterwards', f'{name}_deaf', '', sum, NOTHING)
-    yield Figure(f'{words}: descriptors left', f'{name}_descriptors', '', max, Target('at_most', SPARE))
-    yield Figure(f'{words}: threads left', f'{name}_threads', '', max, Target('at_most', SPARE))

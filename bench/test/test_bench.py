@@ -1,6 +1,5 @@
 """./run bench: suites, options, judgement and table; a probe that fails tells why. Nothing is measured."""
 import json
-import os
 import sys
 
 import pytest
@@ -8,7 +7,6 @@ import pytest
 import check_red_team
 import measure
 import report
-import session
 import suite_grading
 from figures import Figure, Target, judge, median, p95, rate_in_window
 from processes import BenchError, Child, stop_all
@@ -29,16 +27,11 @@ def test_suite_describes_its_measurements_and_figures(name):
 
 
 @pytest.mark.parametrize('arguments, told', [
-    (['absent'], 'turtlesim'), (['--rounds', '0'], '--rounds'), (['--only', 'rates'], 'it must be one of start, rate'),
+    (['--rounds', '0'], '--rounds'), (['--only', 'rates'], 'it must be one of start, rate'),
     (['turtlesim', 'frames'], 'folder is only for ./run bench markers and programs'),
-    (['markers', '/nonexistent'], 'no frames with ground truth'),
-    (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], '--peers is only for'),
-    (['turtlesim', '--times', '3'], '--times is only for ./run bench grading and hints'),
-    (['turtlesim', '--minutes', '3'], '--minutes is only for ./run bench page'),
-    (['page', '--minutes', '0'], 'it must be above 0'),
-    (['grading', '--busy', '0'], '--busy'), (['markers', '--none'], '--none needs'),
+    (['markers', '/nonexistent'], 'no frames with ground truth'), (['markers', '--peer', 'x'], 'measures no node'),
+    (['markers', '--none'], '--none needs'), (['programs', '/nonexistent'], 'is not a folder'),
     (['navigation', '--peer', '/nonexistent'], 'there is no built catkin workspace'),
-    (['navigation', '--node', 'x'], 'does not accept --node'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
@@ -110,16 +103,6 @@ def test_a_peer_finds_the_packages_of_its_own_workspace(tmp_path, content, expec
         (tmp_path / '.catkin').write_text(content)
     found = package_path(str(tmp_path / 'lib' / 'turtlesim' / 'turtlesim_node'), '/ours')
     assert found == expected.replace('PREFIX', str(tmp_path))
-
-
-def test_a_probe_finds_compiled_modules_after_the_bench_has_imported_their_package(tmp_path, monkeypatch):
-    """The relays of a devel space put the sources of a package first, where no compiled module is."""
-    monkeypatch.setenv('PYTHONPATH', '/devel')
-    monkeypatch.setattr(sys, 'path', ['/sources', '/devel', *sys.path])
-    monkeypatch.setattr(session.Subject, 'start_master', lambda self: setattr(self, 'uri', 'http://localhost:1'))
-    monkeypatch.setattr(session, 'Child', lambda name, command, env, folder, lines: env)
-    env = session.Subject('ours', ['node'], str(tmp_path)).probe('module', 'task')
-    assert env['PYTHONPATH'].split(os.pathsep)[:2] == ['/devel', '/sources']
 
 
 def test_the_table_of_the_red_team_has_each_program_and_what_it_came_to():

@@ -16,7 +16,7 @@ from turtlesim.srv import Spawn
 from probing import COME_UP, Silent, await_true, clock, say
 from rosbridge_probe import connected
 from rostest_support.browser import MISSING, Browser
-from turtlesim_probe import Receiver, drive
+from topic_probe import awaited, drive
 
 PERIOD = 0.3  # [s] between two commands
 STROKES = 10000  # before the page is opened; each turtle draws one a step
@@ -55,8 +55,8 @@ def turtles(port, count, seconds):
     """Let many turtles drive in circles; measure a page that shows them."""
     spawn = _spawner()
     places = [(1.0 + 9.0 * number / count, 1.0 + 9.0 * (7 * number % count) / count) for number in range(1, count)]
-    drive(['turtle1', *(spawn(x, y, number % 6, '').name for number, (x, y) in enumerate(places))], turn=1.0,
-          period=PERIOD)
+    names = ['turtle1', *(spawn(x, y, number % 6, '').name for number, (x, y) in enumerate(places))]
+    drive([f'{name}/cmd_vel' for name in names], turn=1.0, period=PERIOD)
     time.sleep(STROKES / count * STEP + 1.0)
     messages = []
     rospy.Subscriber('/turtlesim/drawing', Drawing, lambda message: messages.append(clock()))
@@ -72,7 +72,7 @@ def turtles(port, count, seconds):
 def panels(port, seconds):
     """Let a turtle drive; report the stamps [s] of its poses while each panel is shown in a window of its own."""
     _spawner()
-    drive(['turtle1'], turn=1.0, period=PERIOD)
+    drive(['turtle1/cmd_vel'], turn=1.0, period=PERIOD)
     address = f'http://localhost:{port}/'
     with _one_core_browser() as browser:
         browser.get(address)
@@ -81,11 +81,11 @@ def panels(port, seconds):
             browser.driver.switch_to.new_window('window')
             browser.get(f'{address}#/{name}')
             browser.until(lambda: browser.find('#link.good'), f'the panel {name}')
-        receiver = Receiver(['turtle1'])
+        stamps = awaited(POSE)
         time.sleep(SETTLE)
-        start = len(receiver.stamps['turtle1'])
+        stamps.clear()
         time.sleep(seconds)
-        say(stamps=receiver.stamps['turtle1'][start:], panels=len(names))
+        say(stamps=stamps, panels=len(names))
 
 
 def soak(port, count, seconds):
@@ -96,7 +96,7 @@ def soak(port, count, seconds):
     if MISSING:
         raise Silent(MISSING)
     _spawner()
-    drive(['turtle1'], turn=1.0, period=PERIOD)
+    drive(['turtle1/cmd_vel'], turn=1.0, period=PERIOD)
     numbers = {'/turtlesim/drawing': lambda message: message['number'], POSE: PoseNumbers()}
     with Browser() as browser:
         pages = [Page(browser, f'http://localhost:{port}/{place}', topic) for place, topic in WATCHED.items()]
@@ -259,31 +259,22 @@ class Crowd:
             time.sleep(max(0.0, start + second - clock()))
 
 
-class Witness:
-    """A client of the page's server that gets all poses of a turtle: ``stamps`` [s]."""
-
-    def __init__(self, port):
-        self.stamps = []
-        self._socket = connected(port)
-        self._socket.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
-        threading.Thread(target=self._run, daemon=True).start()
-        await_true(lambda: self.stamps, COME_UP, 'a pose at the client beside the pages')
-
-    def _run(self):
-        while True:
-            for received in self._socket.frames():
-                if b'"publish"' in received:
-                    self.stamps.append(clock())
-
-
 def visitors(port, count, seconds):
     """Let clients connect; one third closes the connection, one resets it, one reads nothing. Report the stamps [s] of
     the poses of a client that only listens.
     """
     _spawner()
-    drive(['turtle1'], turn=1.0, period=PERIOD)
-    witness, stalled, start = Witness(port), [], clock()
-    witness.stamps.clear()
+    drive(['turtle1/cmd_vel'], turn=1.0, period=PERIOD)
+    witness, stamps, stalled = connected(port), [], []
+    witness.subscribe(POSE, 'turtlesim/Pose', queue_length=1000)
+
+    def read():
+        while True:
+            stamps.extend(clock() for received in witness.frames() if b'"publish"' in received)
+    threading.Thread(target=read, daemon=True).start()
+    await_true(lambda: stamps, COME_UP, 'a pose at the client beside the pages')
+    stamps.clear()
+    start = clock()
     for number in range(count):
         time.sleep(max(0.0, start + seconds * number / count - clock()))
         client = connected(port)
@@ -296,7 +287,7 @@ def visitors(port, count, seconds):
             client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))  # close() resets it
         client.close()
     time.sleep(SETTLE)
-    say(stamps=witness.stamps, stalled=len(stalled))
+    say(stamps=stamps, stalled=len(stalled))
 
 
 def _one_core_browser():

@@ -30,6 +30,7 @@ ROUNDS = 1
 FULL, QUICK = FULL_SCALE, None  # there is one form only: a program ends when its condition holds
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIST = yaml.safe_load(Path(__file__).with_name('programs.yaml').read_text(encoding='utf-8'))
+HOST = 'https://github.com/'
 FETCH_DEADLINE = 600.0  # [s]
 WITHIN = 120.0  # [s] of simulated time for a condition, unless the list says otherwise
 SLOWEST = 2.0  # [s] of wall time for each second of simulated time
@@ -48,21 +49,21 @@ def use(options):
 
 def checkout(name, folder):
     """Return the path of a repository of the list, at its commit, fetched if it is missing; raise BenchError."""
-    path, source = folder / name, LIST['repositories'][name]
+    path, (source, wanted) = folder / name, LIST['repositories'][name].split()
     if not path.is_dir():
         path.mkdir(parents=True)
         try:
             _git(path, 'init', '--quiet')
-            _git(path, 'fetch', '--quiet', '--depth', '1', source['url'], source['commit'])
+            _git(path, 'fetch', '--quiet', '--depth', '1', HOST + source, wanted)
             _git(path, 'checkout', '--quiet', 'FETCH_HEAD')
         except BenchError as error:
             subprocess.run(['rm', '-rf', str(path)], check=True)
-            raise BenchError(f'{name} cannot be fetched from {source["url"]}: {error}. Without a network, name a '
+            raise BenchError(f'{name} cannot be fetched from {HOST + source}: {error}. Without a network, name a '
                              'folder with the checkouts: ./run bench programs FOLDER') from error
     commit = _git(path, 'rev-parse', 'HEAD')
-    if commit != source['commit']:
-        raise BenchError(f'{path} is at commit {commit[:12]}, the list names {source["commit"][:12]}. Type: '
-                         f'git -C {path} checkout {source["commit"]}')
+    if commit != wanted:
+        raise BenchError(f'{path} is at commit {commit[:12]}, the list names {wanted[:12]}. Type: '
+                         f'git -C {path} checkout {wanted}')
     return path
 
 

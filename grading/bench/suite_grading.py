@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import uuid
+from functools import partial
 from pathlib import Path
 from statistics import mean
 
@@ -42,6 +43,7 @@ MANY = 'print_marker_ids'  # a short one
 MEMORY_PERIOD = 0.5  # [s]
 MARK = 'TURTLE_ROBOTONT_BENCH'  # environment variable of all processes of a run
 CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
+_folder = partial(tempfile.TemporaryDirectory, prefix='turtle_robotont_bench_')
 
 
 def right_program(exercise):
@@ -71,26 +73,23 @@ def grade(arguments, limit, accepted=(0,), environment=os.environ, watch=lambda 
 
     ``watch`` is called again and again with its process id.
     """
-    folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
-    try:
+    with _folder() as folder, Child('grader', [*GRADER, *arguments], dict(environment), folder) as child:
         begun = time.perf_counter()
-        with Child('grader', [*GRADER, *arguments], dict(environment), folder) as child:
-            while child.process.poll() is None:
-                watch(child.process.pid)
-                if time.perf_counter() - begun > limit:
-                    raise BenchError(f'{" ".join(arguments)} took more than {limit:.0f} s:\n{child.tail()}')
-                time.sleep(0.01)
-            if child.process.returncode not in accepted:
-                raise BenchError(f'{" ".join(arguments)}: exit code {child.process.returncode}:\n{child.tail()}')
-        return time.perf_counter() - begun
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        while child.runs():
+            watch(child.pid)
+            if time.perf_counter() - begun > limit:
+                raise BenchError(f'{" ".join(arguments)} took more than {limit:.0f} s:\n{child.tail()}')
+            time.sleep(0.01)
+        seconds, code = time.perf_counter() - begun, child.process.returncode
+        if code not in accepted:
+            raise BenchError(f'{" ".join(arguments)}: exit code {code}:\n{child.tail()}')
+        return seconds
 
 
 def one(exercise):
     """Return the measurement of one exercise while nothing else is graded."""
     def run(_subject, _scale):
-        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as output:
+        with _folder() as output:
             seconds = grade([exercise, '--seed', str(SEED), '--output', output, '--', str(right_program(exercise))],
                             LIMIT)
         return {exercise: [seconds], 'alone': [seconds]}
@@ -99,7 +98,7 @@ def one(exercise):
 
 def whole_class(_subject, _scale):
     """Grade a class in which every exercise is handed in once: the time of each grading."""
-    with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+    with _folder() as folder:
         for exercise in EXERCISES:  # a folder for each, because that of the launch file is a package
             hand_in(right_program(exercise), Path(folder, 'class', exercise))
         seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS),
@@ -114,7 +113,7 @@ def repeats(exercise):
     """
     def run(_subject, times):
         programs = sorted(_programs(exercise, 'right_*', both=True))
-        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+        with _folder() as folder:
             for program in programs:
                 for number in range(times):
                     hand_in(program, Path(folder, 'class', f'{program.stem}{number:03}'))
@@ -143,7 +142,7 @@ def many(_subject, times):
     def watch(pid):
         if not samples or time.monotonic() >= samples[-1][0] + MEMORY_PERIOD:
             samples.append((time.monotonic(), tree_memory(pid)[0]))
-    with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+    with _folder() as folder:
         for number in range(10 * times):
             hand_in(right_program(MANY), Path(folder, 'class', f'student{number:04}'))
         temporary = Path(folder, 'tmp')
@@ -165,7 +164,7 @@ def red_team(level):
         missing = {**levels.machine()._asdict(), levels.NONE: ''}[level]
         if missing:
             raise BenchError(f'this machine cannot have the level {level}: {missing}')
-        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+        with _folder() as folder:
             wrong, verdicts = check_red_team.check(level, Path(folder, 'red_team'))
         for text in wrong:
             print(f'    {text}', file=sys.stderr)

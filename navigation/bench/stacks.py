@@ -5,6 +5,7 @@ A drive is played as fast as the node takes it, so that the load of the machine 
 """
 import os
 from functools import partial
+from types import SimpleNamespace
 
 from figures import OURS, Figure, Target, median, p95
 from processes import BenchError, Cpu
@@ -58,21 +59,31 @@ def _played(subject, package, task, parameters=(), **arguments):
             return found, 1e3 * cpu.seconds() / len(found['errors'])
 
 
+def of_errors(key, errors, used):
+    """Return {figure key: samples} of pose errors [m], and of processor time [ms]."""
+    return {f'{key}_median': [100.0 * median(errors)], f'{key}_p95': [100.0 * p95(errors)], f'{key}_time': [used]}
+
+
+def of_map(key, found, errors, used):
+    """Return the same of a map that was made meanwhile; ``found``: its scores."""
+    return {f'{key}_iou': [found.iou], f'{key}_right': [100.0 * found.right], f'{key}_found': [100.0 * found.found],
+            **of_errors(key, errors, used)}
+
+
 def map_drive(drive, subject, _scale):
     """Let slam_gmapping map a drive."""
     found, used = _played(subject, 'gmapping', 'map_drive', ['_minimumScore:=100'], drive=drive)
-    errors = [100.0 * error for error in found['errors'] if error is not None]
-    return {f'nodes_{drive}_iou': [found['iou']], f'nodes_{drive}_right': [100.0 * found['right']],
-            f'nodes_{drive}_found': [100.0 * found['found']], f'nodes_{drive}_median': [median(errors)],
-            f'nodes_{drive}_p95': [p95(errors)], f'nodes_{drive}_time': [used]}
+    return of_map(f'nodes_{drive}', SimpleNamespace(**found), _known(found), used)
 
 
 def localise(drive, subject, _scale):
     """Let amcl localise on a drive whose start is known."""
     found, used = _played(subject, 'amcl', 'localise', NO_RECOVERY, drive=drive)
-    errors = [100.0 * error for error in found['errors'] if error is not None]
-    return {f'nodes_{drive}_local_median': [median(errors)], f'nodes_{drive}_local_p95': [p95(errors)],
-            f'nodes_{drive}_local_time': [used]}
+    return of_errors(f'nodes_{drive}_local', _known(found), used)
+
+
+def _known(found):
+    return [error for error in found['errors'] if error is not None]
 
 
 def lose(way, subject, _scale):
@@ -102,22 +113,29 @@ def measurements(noises):
             'nodes_told': Measurement(partial(lose, 'told'), 'amcl, the same with a call of global_localization')}
 
 
+def error_figures(key, words, limits, each='scan'):
+    """Yield the Figures of ``of_errors``; ``limits``: the Target of each, or None."""
+    for (name, of, unit), target in zip((('median', 'pose error, median', 'cm'), ('p95', 'pose error, p95', 'cm'),
+                                         ('time', f'CPU {"an" if each == "update" else "a"} {each}', 'ms')), limits):
+        yield Figure(f'{words}: {of}', f'{key}_{name}', unit, median, target)
+
+
+def map_figures(key, words, limits):
+    """Yield the Figures of ``of_map`` likewise."""
+    for (name, of, unit), target in zip((('iou', 'IoU of the free area', ''),
+                                         ('right', 'occupied cells that are right', '%'),
+                                         ('found', 'walls found', '%')), limits):
+        yield Figure(f'{words}: {of}', f'{key}_{name}', unit, median, target)
+    yield from error_figures(key, words, limits[3:])
+
+
 def figures(noises):
     """Yield the Figures of these measurements."""
     at_least, at_most = Target('times', NEARLY), Target('ratio', 1.0)
-    for drive, words in (*((drive, f'slam_gmapping, noise {noise:g}, slip {slip:g}')
-                           for drive, (noise, slip) in noises.items()),
-                         ('camera', "slam_gmapping, the camera's 90 degrees")):
-        yield Figure(f'{words}: IoU of the free area', f'nodes_{drive}_iou', '', median, at_least)
-        yield Figure(f'{words}: occupied cells that are right', f'nodes_{drive}_right', '%', median, at_least)
-        yield Figure(f'{words}: walls found', f'nodes_{drive}_found', '%', median, at_least)
-        yield Figure(f'{words}: pose error, median', f'nodes_{drive}_median', 'cm', median, at_most)
-        yield Figure(f'{words}: pose error, p95', f'nodes_{drive}_p95', 'cm', median, at_most)
-        yield Figure(f'{words}: CPU a scan', f'nodes_{drive}_time', 'ms', median, at_most)
     for drive, (noise, slip) in noises.items():
-        words = f'amcl, noise {noise:g}, slip {slip:g}'
-        yield Figure(f'{words}: pose error, median', f'nodes_{drive}_local_median', 'cm', median, at_most)
-        yield Figure(f'{words}: pose error, p95', f'nodes_{drive}_local_p95', 'cm', median, at_most)
-        yield Figure(f'{words}: CPU a scan', f'nodes_{drive}_local_time', 'ms', median, at_most)
+        yield from map_figures(f'nodes_{drive}', f'slam_gmapping, noise {noise:g}, slip {slip:g}',
+                               3 * [at_least] + 3 * [at_most])
+        yield from error_figures(f'nodes_{drive}_local', f'amcl, noise {noise:g}, slip {slip:g}', 3 * [at_most])
+    yield from map_figures('nodes_camera', "slam_gmapping, the camera's 90 degrees", 3 * [at_least] + 3 * [at_most])
     yield Figure('amcl, carried away: time until found', 'nodes_carried', 's', median, at_most)
     yield Figure('amcl, carried away and global_localization: likewise', 'nodes_told', 's', median, at_most)

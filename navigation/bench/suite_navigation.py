@@ -9,6 +9,7 @@ import math
 import os
 import time
 from functools import lru_cache, partial
+from statistics import mean
 
 os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # before numpy is loaded
 
@@ -26,7 +27,6 @@ from navigation_core.maps.scores import scores
 from navigation_core.poses import Pose
 from navigation_core.slam import mapper
 from navigation_core.slam.mapper import Mapper
-from processes import BenchError
 from session import FULL, QUICK, Measurement
 
 PACKAGE, EXECUTABLE = 'gmapping', 'slam_gmapping'
@@ -59,10 +59,7 @@ def mapped(log, scan_of, **settings):
 def map_drive(name, scan_of, key, seed, _subject, _scale, **settings):
     """Map a drive and score the map."""
     made, errors, times = mapped(moments(*NOISES[name], seed), scan_of, **settings)
-    found = scores(made.to_map(), walls(), START[:2])
-    return {f'{key}_iou': [found.iou], f'{key}_right': [100.0 * found.right], f'{key}_found': [100.0 * found.found],
-            f'{key}_median': [100.0 * float(np.median(errors))],
-            f'{key}_p95': [100.0 * float(np.percentile(errors, 95))], f'{key}_time': [float(np.mean(times))]}
+    return stacks.of_map(key, scores(made.to_map(), walls(), START[:2]), errors, mean(times))
 
 
 @lru_cache(maxsize=None)
@@ -106,9 +103,7 @@ def localised(log, **settings):
 def localise(name, _subject, _scale):
     """Localise on a drive whose start is known."""
     errors, times = localised(moments(*NOISES[name], 2))
-    return {f'{name}_local_median': [100.0 * float(np.median(errors))],
-            f'{name}_local_p95': [100.0 * float(np.percentile(errors, 95))],
-            f'{name}_local_time': [float(np.mean(times))]}
+    return stacks.of_errors(f'{name}_local', errors, mean(times))
 
 
 def carry(_subject, _scale):
@@ -135,32 +130,22 @@ MEASUREMENTS.update(NODES)
 
 def use(options):
     """Measure the nodes with a peer, and the core without one, unless the user has chosen."""
-    if options.node:
-        raise BenchError('the suite navigation measures several nodes, so it does not accept --node')
     if options.peer:
         stacks.devel_space(options.peer)
     options.only = options.only or list(NODES if options.peer else CORE)
 
 
-def _map_figures(key, words, iou, limit):
-    yield Figure(f'{words}: IoU of the free area', f'{key}_iou', '', median, Target('at_least', iou))
-    yield Figure(f'{words}: occupied cells that are right', f'{key}_right', '%')
-    yield Figure(f'{words}: walls found', f'{key}_found', '%')
-    yield Figure(f'{words}: pose error, median', f'{key}_median', 'cm', median, Target('below', limit))
-    yield Figure(f'{words}: pose error, p95', f'{key}_p95', 'cm', median, Target('below', 10.0))
-    yield Figure(f'{words}: CPU a scan', f'{key}_time', 'ms', median, Target('below', 10.0))
+def _figures():
+    below_10 = Target('below', 10.0)
+    for name, (noise, slip) in NOISES.items():
+        yield from stacks.map_figures(name, f'map, noise {noise:g}, slip {slip:g}', (
+            Target('at_least', 0.95), None, None, Target('below', 5.0), below_10, below_10))
+        yield from stacks.error_figures(f'{name}_local', f'localisation, noise {noise:g}', (
+            Target('below', 5.0), below_10, None), 'update')
+    yield from stacks.map_figures('camera', "map, the camera's 90 degrees, noise 0.02", (
+        Target('at_least', 0.8), None, None, below_10, below_10, below_10))
+    yield Figure('carried away: time until found', 'carried', 's', median, Target('below', 15.0))
+    yield Figure('carried away: scans off by more than 0.2 m', 'carried_lost', '%')
 
 
-FIGURES = (
-    *(figure for name, (noise, slip) in NOISES.items()
-      for figure in _map_figures(name, f'map, noise {noise:g}, slip {slip:g}', 0.95, 5.0)),
-    *_map_figures('camera', "map, the camera's 90 degrees, noise 0.02", 0.8, 10.0),
-    *(figure for name, (noise, slip) in NOISES.items() for figure in (
-        Figure(f'localisation, noise {noise:g}: median', f'{name}_local_median', 'cm', median, Target('below', 5.0)),
-        Figure(f'localisation, noise {noise:g}: p95', f'{name}_local_p95', 'cm', median, Target('below', 10.0)),
-        Figure(f'localisation, noise {noise:g}: CPU an update', f'{name}_local_time', 'ms', median))),
-    Figure('carried away: time until found', 'carried', 's', median, Target('below', 15.0)),
-    Figure('carried away: scans off by more than 0.2 m', 'carried_lost', '%'),
-    *goals.FIGURES,
-    *stacks.figures(NOISES),
-)
+FIGURES = (*_figures(), *goals.FIGURES, *stacks.figures(NOISES))

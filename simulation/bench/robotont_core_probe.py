@@ -3,6 +3,7 @@
 A probe without ROS (see probing.py). The robot drives about in the maze with AR markers, into its walls as well;
 commanding it ten times a second is part of the time, as in a node.
 """
+import itertools
 import math
 import os
 import time
@@ -59,30 +60,17 @@ def real_time(seconds):
     """Report each figure, measured for this time."""
     cv2.setNumThreads(1)
     plan, _ = load_world('minimaze_ar', WORLDS)
-    scanner = LaserScanner(plan, LIDAR_Z)
-    small, large = Renderer(plan, 640, 480), Renderer(plan)
-    lens, tracker = Camera(small.camera.matrix()), Tracker(Detector(MARKER_SIZE))
+    scanner, renderer = LaserScanner(plan, LIDAR_Z), Renderer(plan, 640, 480)
+    lens, tracker = Camera(renderer.camera.matrix()), Tracker(Detector(MARKER_SIZE))
+    pictures = itertools.count(1)
 
-    def track_every(pose):
-        track(small.render(camera_at(pose)))
-
-    def track_some(pose):
-        nonlocal pictures
-        picture, pictures = small.render(camera_at(pose)), pictures + 1
-        if pictures % TRACKED == 0:
-            track(picture)
-
-    def track(picture):
-        tracker.update(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), lens)
-    pictures = 0
-    track_every(START)
-    found = {
-        'kinematics': times_real_time(plan, seconds, 1, None),
-        'scanner': times_real_time(plan, seconds, SCAN_STEPS,
-                                   lambda pose: scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)),
-        'tracker': times_real_time(plan, seconds, PICTURE_STEPS, track_some),
-        'tracker_each': times_real_time(plan, seconds, PICTURE_STEPS, track_every),
-    }
-    rendered = times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: large.render(camera_at(pose)))
-    found['picture'] = 1e3 * PICTURE_STEPS * DT * (1.0 / rendered - 1.0 / found['kinematics'])
-    say(**found)
+    def track(pose, every=1):
+        picture = renderer.render(camera_at(pose))
+        if next(pictures) % every == 0:
+            tracker.update(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), lens)
+    track(START)
+    say(kinematics=times_real_time(plan, seconds, 1, None),
+        scanner=times_real_time(plan, seconds, SCAN_STEPS,
+                                lambda pose: scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)),
+        tracker=times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: track(pose, TRACKED)),
+        tracker_each=times_real_time(plan, seconds, PICTURE_STEPS, track))

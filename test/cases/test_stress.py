@@ -12,6 +12,6 @@ SUITES = 'soak', 'web', 'interrupts'
 @pytest.mark.release
 @pytest.mark.parametrize('suite', SUITES)
 def test_stress(suite, run_case, case_folder):
-    run_case(sys.executable, REPOSITORY / 'stress' / 'stress.py', suite, '--small', '--seed', '1',
+    run_case(sys.executable, REPOSITORY / 'stress' / 'campaign.py', suite, '--small', '--seed', '1',
              '--json', case_folder / 'figures.json',
              PYTHONPATH=f'{REPOSITORY / "bench"}:{os.environ.get("PYTHONPATH", "")}')

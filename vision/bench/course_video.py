@@ -4,7 +4,6 @@ Each row of an image is exposed for EXPOSURE, later than the one above it, and s
 have a gamma, and the video is compressed. What was shown is known: ids, and poses at the time at which the middle of a
 marker was exposed.
 """
-import contextlib
 import functools
 import math
 import os
@@ -120,10 +119,11 @@ def _shown(begun, camera):
 def make(folder, seconds, gamma=GAMMA):
     """Write a video of this length into a folder; return the Video."""
     camera = default_camera(WIDTH, HEIGHT)
+    os.environ['OPENCV_FFMPEG_LOGLEVEL'] = '-8'  # else OpenCV and FFmpeg tell of each codec that they do not have
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     for codec in CODECS:
         path = os.path.join(folder, f'course_{gamma:g}_{codec}.mp4')
-        with _quiet():
-            writer = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*codec), RATE, (WIDTH, HEIGHT))
+        writer = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*codec), RATE, (WIDTH, HEIGHT))
         if writer.isOpened():
             break
     shown = []
@@ -166,16 +166,3 @@ def compared(answers):
                 far.append(100.0 * (float(np.linalg.norm(place)) / distance - 1.0))
                 turned.append(rotation_between(orientation, turn))
     return {'seen': seen, 'found': found, 'other': other, 'off': off, 'far': far, 'turned': turned}
-
-
-@contextlib.contextmanager
-def _quiet():
-    """Keep what FFmpeg says about a codec that it does not have from the terminal."""
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)

@@ -8,7 +8,7 @@ import numpy as np
 
 from alvar_core.camera import CameraError
 from aruco_baseline import ArucoBaseline
-from class_scores import detector_of
+from class_scores import detector_of, pair
 from marker_score import rotation_between
 from processes import BenchError
 from report import aligned
@@ -65,11 +65,7 @@ class Seen:
         corner = [float(np.linalg.norm(np.array(b['corners']) - (np.array(a['corners']) + c['corners']) / 2,
                                        axis=1).max()) for a, b, c in threes]
         turn = [max(rotation_between(b['orientation'], each['orientation']) for each in (a, c)) for a, b, c in threes]
-        return f'{100 * len(seen) / span:.1f} % of {span}', _pair(corner, 2), _pair(turn, 1)
-
-
-def _pair(values, digits):
-    return ' / '.join(f'{value:.{digits}f}' for value in np.percentile(values, [50, 95])) if values else '-'
+        return f'{100 * len(seen) / span:.1f} % of {span}', pair(corner), pair(turn, '{:.1f} / {:.1f}')
 
 
 def report(path):

@@ -13,7 +13,7 @@ import numpy as np
 
 from alvar_core.camera import Camera
 
-FLIP = 30.0  # degrees
+FLIP, GOOD = 30.0, 2.0  # [degrees] error of a flip; of a pose that must not be flagged, at most
 ON_MARKER = 1.15  # times a marker's size: detections inside lie on it
 
 
@@ -50,6 +50,7 @@ class Score:
     """The markers that were found in some frames, and their errors."""
 
     matches: list = field(default_factory=list)
+    ms: list = field(default_factory=list)  # CPU times of the detector, if they were taken
     false: int = 0
     wrong: int = 0
     double: int = 0
@@ -57,6 +58,7 @@ class Score:
     def add(self, other):
         """Add the counts of another Score."""
         self.matches += other.matches
+        self.ms += other.ms
         self.false += other.false
         self.wrong += other.wrong
         self.double += other.double
@@ -76,14 +78,17 @@ class Score:
         """Return a percentile of the position errors, % of the distance."""
         return _percentile([m.position_error for m in self.found], percent)
 
-    def distance(self):
-        """Return by how much the distances are too long, %, in the median."""
-        return _percentile([100 * (np.linalg.norm(m.detection['position']) / m.marker['distance_m'] - 1)
-                            for m in self.found], 50)
-
     def rotation(self, percent):
         """Return a percentile of the rotation errors [degrees]."""
-        return _percentile([m.rotation_error for m in self.found], percent)
+        return _percentile(self.rotations(), percent)
+
+    def rotations(self, sure=False):
+        """Return the rotation errors [degrees]; ``sure``: only of poses without a flag."""
+        return [m.rotation_error for m in self.found if not (sure and flagged(m.detection))]
+
+    def flags(self, good_only=False):
+        """Return for each pose (``good_only``: if it is right) whether it is flagged."""
+        return [flagged(m.detection) for m in self.found if not good_only or m.rotation_error < GOOD]
 
     def corners(self):
         """Return the worst corner error [px] of each marker found with corners."""

@@ -1,4 +1,4 @@
-"""Run a peer's detector on numpy images, for class_scores: peer_detections.py PEER FOLDER COUNT OUT.json.
+"""Run a peer's detector on numpy images, for peers: peer_detections.py PEER FOLDER COUNT OUT.json.
 
 It runs in the peers' own virtual environment, so it imports nothing of this project. Corners are top left, top right,
 bottom right, bottom left of the tag as drawn, in pixels whose centres are whole numbers; each image also has the CPU

@@ -21,8 +21,8 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from marker_score import Match, Score, score_frame
-from markers_cli import detection_record
+from class_scores import detector_of, records_of, scored
+from marker_score import Match, Score
 from rostest_support.marker_scenes import Placed, Scene, image_of, random_markers
 
 CHANGE = 0.1  # of a threshold
@@ -109,11 +109,12 @@ def _with(value: Any, path: Tuple[int, ...], number: float) -> Any:
     return type(value)(*items) if hasattr(value, '_fields') else tuple(items)
 
 
-def _truth(placed) -> Dict[str, Any]:
-    """Return a Placed marker as an entry of frames.json."""
-    return {'id': placed.id, 'position': placed.position.tolist(), 'corners': placed.corners.tolist(),
-            'orientation': rotations.quaternion_from_matrix(placed.rotation).tolist(),
-            'distance_m': float(np.linalg.norm(placed.position)), 'ignore': False}
+def _shot(image, camera, placed) -> marker_classes.Shot:
+    """Return the Shot of an image and the Placed markers in it."""
+    return marker_classes.Shot(image, camera, {'markers': [
+        {'id': each.id, 'position': each.position.tolist(), 'corners': each.corners.tolist(),
+         'orientation': rotations.quaternion_from_matrix(each.rotation).tolist(),
+         'distance_m': float(np.linalg.norm(each.position)), 'ignore': False} for each in placed]})
 
 
 class Scenes:
@@ -135,17 +136,17 @@ class Scenes:
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):
-        """Return an image of some random markers, and where they were Placed."""
+        """Return the Shot of some random markers."""
         rng = np.random.default_rng(seed)
         blur, noise = rng.uniform([0.4, 1], [1.1, 4]).tolist()
         scene = Scene(blur=blur, noise=noise, shadow=seed % 3 == 0, clutter=3)
         placed = random_markers(rng, self.camera, scene, count, side=(35, 130), size=SIZE, cover=0.15)
         for marker in placed:
             marker.id += first_id
-        return image_of(rng, self.camera, placed, scene, margin), placed
+        return _shot(image_of(rng, self.camera, placed, scene, margin), self.camera, placed)
 
     def _moving(self, seed):
-        """Yield (image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a time."""
+        """Yield the Shots of 20 frames: a marker swings and recedes, one passes by and is hidden for a time."""
         rng = np.random.default_rng(seed)
         scene = Scene(blur=0.7, noise=3.0, clutter=5)
         for frame in range(20):
@@ -155,7 +156,7 @@ class Scenes:
             if not 8 <= frame < 12:
                 placed.append(Placed(7, SIZE, rotations.facing(0.3, 1.0, 0.3),
                                      np.array([-0.25 + 0.03 * frame, -0.15, 0.8])))
-            yield image_of(rng, self.camera, placed, scene), placed
+            yield _shot(image_of(rng, self.camera, placed, scene), self.camera, placed)
 
     def _board(self, seed):
         """Return an image, rotation and position of the board in it, and the ids of the markers that have moved."""
@@ -175,10 +176,10 @@ class Scenes:
         if only == 'tracking':
             total = Score()
             for sequence in self.motion:
-                total.add(self._scored(sequence, Tracker(Detector(SIZE)).update))
+                total.add(scored(sequence, records_of(Tracker(Detector(SIZE)).update)))
             return {only: total}
         if only in self.photos:
-            return {only: self._scored_photos(self.photos[only], Detector(marker_classes.SIZE))}
+            return {only: scored(self.photos[only], detector_of(marker_classes.SIZE))}
         return {only: self._scored_boards(Detector(SIZE))} if only == 'bundles' else self._single_images()
 
     def _single_images(self) -> Dict[str, Score]:
@@ -186,27 +187,12 @@ class Scenes:
         detector = Detector(1.0)
         for frame, image, camera in self.frames:
             detector.size = frame.get('marker_size_m') or 1.0
-            found = [detection_record(each) for each in detector.detect(image, camera)]
             name = frame['difficulty'] if frame['markers'] else 'no marker'
-            out.setdefault(name, Score()).add(score_frame(frame, camera, image.shape[1], found))
-        out['7x7'] = self._scored(self.larger, Detector(SIZE, resolution=7).detect)
-        out['margin'] = self._scored([(image, []) for image, _ in self.margins], Detector(SIZE).detect)
+            out.setdefault(name, Score()).add(scored([marker_classes.Shot(image, camera, frame)],
+                                                     records_of(detector.detect)))
+        out['7x7'] = scored(self.larger, detector_of(SIZE, resolution=7))
+        out['margin'] = scored([shot._replace(frame={'markers': []}) for shot in self.margins], detector_of(SIZE))
         return out
-
-    def _scored(self, images, detect) -> Score:
-        total = Score()
-        for image, placed in images:
-            found = [detection_record(each) for each in detect(image, self.camera)]
-            total.add(score_frame({'markers': [_truth(each) for each in placed]}, self.camera, image.shape[1], found))
-        return total
-
-    @staticmethod
-    def _scored_photos(shots, detector) -> Score:
-        total = Score()
-        for shot in shots:
-            found = [detection_record(each) for each in detector.detect(shot.image, shot.camera)]
-            total.add(score_frame(shot.frame, shot.camera, shot.image.shape[1], found))
-        return total
 
     def _scored_boards(self, detector) -> Score:
         """Count as wrong each marker that has moved but is used, or has not moved but is ignored."""

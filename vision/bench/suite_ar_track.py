@@ -21,49 +21,22 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, mean_rate, median, p95
-from processes import Cpu, tree_memory
-from session import FULL, QUICK, Measurement, answer, seconds_to_first
+from processes import Cpu
+from session import FULL, QUICK, Measurement, answer
 
 PACKAGE = 'ar_track_alvar'
 EXECUTABLE = 'individualMarkersNoKinect'
-PROBE = 'ar_track_probe'
 CASES = {  # name: (options of the probe, words)
     'vga_8': ({'limit': 8}, '640x480, 30 Hz camera, max_frequency 8 Hz'),
     'vga_30': ({'limit': 30}, '640x480, 30 Hz camera, max_frequency 30 Hz'),
     'vga_colour': ({'limit': 8, 'colour': True}, '640x480 rgb8, 30 Hz camera, max_frequency 8 Hz'),
     'vga_colour_30': ({'limit': 30, 'colour': True}, '640x480 rgb8, 30 Hz camera, max_frequency 30 Hz'),
-    'hd_8': ({'limit': 8, 'width': 1280, 'height': 720, 'colour': True},
-             '1280x720 rgb8, 30 Hz camera, max_frequency 8 Hz'),
 }
-
-__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
-
-
-def start(subject, scale):
-    """Measure the time from the start of the process to its first message, with a running camera."""
-    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(
-        PROBE, 'watch', limit=30, seconds=0.1, settle=0.1))}
-
-
-def watch(name, subject, scale):
-    """Measure one of CASES."""
-    with subject.probe(PROBE, 'watch', seconds=2 * scale.window, **CASES[name][0]) as probe:
-        answer(probe)
-        with subject.node() as node:
-            for _ in ('first', 'begun'):
-                answer(probe, 0.0, node)
-            cpu = Cpu(node.pid)
-            found = answer(probe, 2 * scale.window, node)
-            used, memory = cpu.percent(), tree_memory(node.pid)[0]
-    return {f'latency_{name}': [1e3 * seconds for seconds in found['times']],
-            f'rate_{name}': [mean_rate(found['stamps'])], f'cpu_{name}': [used], f'memory_{name}': [memory]}
-
-
 VIDEO = f'video of a moving camera, {course_video.WIDTH}x{course_video.HEIGHT} bgr8, {course_video.RATE:g} Hz'
 GAMMAS = {'video': course_video.GAMMA, 'video_linear': 1.0}  # of the measurements with a video
-LENGTHS = {True: 2, False: 10}  # [s] of the video, quick and in full
+LENGTHS = {True: 2, False: 10}  # [s] of the images, quick and in full; of a video each frame about once
 
-
+__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 _made = {}  # by gamma: the Video, the file of what it shows, and the folder, which is deleted at the end
 
 
@@ -79,11 +52,13 @@ def _video(seconds, gamma):
     return _made[gamma][:2]
 
 
-def video(name, subject, scale):
-    """Show a node the video of a moving camera, at its rate; ``name`` is one of GAMMAS."""
-    seconds = LENGTHS[scale == QUICK]  # each frame about once
-    made, truth = _video(seconds, GAMMAS[name])
-    with subject.probe(PROBE, 'video', path=made.path, truth=truth, limit=course_video.RATE, seconds=seconds) as probe:
+def watch(name, subject, scale):
+    """Show a node images: one of CASES, or the video of one of GAMMAS."""
+    seconds, options = LENGTHS[scale == QUICK], CASES.get(name, ({},))[0]
+    if name in GAMMAS:
+        made, truth = _video(seconds, GAMMAS[name])
+        options = {'path': made.path, 'truth': truth, 'limit': course_video.RATE}
+    with subject.probe('ar_track_probe', 'watch', seconds=seconds, **options) as probe:
         answer(probe, seconds)
         with subject.node() as node:
             for _ in ('first', 'begun'):
@@ -91,10 +66,10 @@ def video(name, subject, scale):
             cpu = Cpu(node.pid)
             timed = answer(probe, seconds, node)
             used, each = cpu.percent(), 1e3 * cpu.seconds() / max(1, len(timed['stamps']))
-            found = answer(probe, seconds, node)
+            found = _compared(name, answer(probe, seconds, node)) if name in GAMMAS else {}
     milliseconds = [1e3 * each for each in timed['times']]
     return {f'latency_{name}': milliseconds, f'jitter_{name}': [pstdev(milliseconds)], f'cpu_{name}': [used],
-            f'image_cpu_{name}': [each], f'rate_{name}': [mean_rate(timed['stamps'])], **_compared(name, found)}
+            f'image_cpu_{name}': [each], f'rate_{name}': [mean_rate(timed['stamps'])], **found}
 
 
 def _compared(key, found):
@@ -129,12 +104,11 @@ def _pose(detection):
     return detection.id, [*detection.position, *rotations.quaternion_from_matrix(detection.rotation)]
 
 
-MEASUREMENTS = {'start': Measurement(start, 'start to first message'),
-                **{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()},
-               **{name: Measurement(functools.partial(video, name), f'{VIDEO}, gamma {gamma:g}')
-                  for name, gamma in GAMMAS.items()},
-               'detectors': Measurement(detectors, 'the frames of this video without ROS, beside ArUco',
-                                        in_process=True)}
+MEASUREMENTS = {**{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()},
+                **{name: Measurement(functools.partial(watch, name), f'{VIDEO}, gamma {gamma:g}')
+                   for name, gamma in GAMMAS.items()},
+                'detectors': Measurement(detectors, 'the frames of this video without ROS, beside ArUco',
+                                         in_process=True)}
 
 
 def preface(_pools):
@@ -144,26 +118,16 @@ def preface(_pools):
 
 
 def _figures():
-    limits = dict.fromkeys(('vga_8', 'vga_30', 'vga_colour', 'vga_colour_30'), 15.0)
-    for name, (_, words) in CASES.items():
-        target = Target('below', limits[name]) if name in limits else None
-        yield Figure(f'picture to message, {words}, median', f'latency_{name}', 'ms', median, target)
-        yield Figure(f'picture to message, {words}, p95', f'latency_{name}', 'ms', p95)
-        yield Figure(f'rate, {words}', f'rate_{name}', 'Hz', median)
-        yield Figure(f'CPU, {words}', f'cpu_{name}', '% of a core', median)
-        yield Figure(f'memory, {words}', f'memory_{name}', 'MB', median)
-
-
-def _video_figures():
-    for name, gamma in GAMMAS.items():
-        shown = f'{VIDEO}, gamma {gamma:g}'
+    for name, shown in (*((name, words) for name, (_, words) in CASES.items()),
+                        *((name, f'{VIDEO}, gamma {gamma:g}') for name, gamma in GAMMAS.items())):
         yield Figure(f'picture to message, {shown}, median', f'latency_{name}', 'ms', median, Target('below', 15.0))
         yield Figure(f'picture to message, {shown}, p95', f'latency_{name}', 'ms', p95)
         yield Figure(f'jitter (standard deviation of this time), {shown}', f'jitter_{name}', 'ms', median)
         yield Figure(f'rate, {shown}', f'rate_{name}', 'Hz', median)
         yield Figure(f'CPU, {shown}', f'cpu_{name}', '% of a core', median)
         yield Figure(f'CPU of an image, {shown}', f'image_cpu_{name}', 'ms', median)
-        yield from _answers(name, f'node, gamma {gamma:g}')
+        if name in GAMMAS:
+            yield from _answers(name, f'node, gamma {GAMMAS[name]:g}')
     for key, words in (('tracker', 'tracker without ROS'), ('detector', 'each frame on its own'), ('aruco', 'ArUco')):
         yield Figure(f'CPU of a frame, video, {words}, median', f'frame_cpu_{key}', 'ms', median)
         yield Figure(f'CPU of a frame, video, {words}, p95', f'frame_cpu_{key}', 'ms', p95)
@@ -181,5 +145,4 @@ def _answers(key, words):
     yield Figure(f'rotation error, video, {words}, p95', f'turned_{key}', 'deg', p95)
 
 
-FIGURES = (Figure('start to first message', 'start', 's', median, Target('below', 2.0)), *_figures(),
-           *_video_figures())
+FIGURES = tuple(_figures())

@@ -1,4 +1,4 @@
-"""./run bench navigation with a peer: its workspace, what it lacks, the log of a carried robot. No node is started."""
+"""./run bench navigation with a peer: what is measured, the log of a carried robot. No node is started."""
 import argparse
 import math
 
@@ -8,43 +8,14 @@ import maze_drive
 import stacks
 import suite_navigation
 from navigation_core.poses import Pose
-from processes import BenchError
-from session import Subject
 
 
-@pytest.fixture
-def workspace(tmp_path):
-    """A workspace in which only gmapping is built."""
-    (tmp_path / 'devel' / 'share' / 'gmapping').mkdir(parents=True)
+def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(tmp_path):
+    (tmp_path / 'devel').mkdir()
     (tmp_path / 'devel' / 'env.sh').touch()
-    return tmp_path
-
-
-@pytest.fixture
-def peer(workspace, monkeypatch):
-    monkeypatch.setattr(Subject, 'start_master', lambda self: setattr(self, 'uri', 'http://localhost:1'))
-    return Subject('peer', [str(workspace)], str(workspace))
-
-
-@pytest.mark.parametrize('name', ['', 'devel', 'devel/setup.bash'])
-def test_a_workspace_may_be_named_by_its_devel_space(workspace, name):
-    assert stacks.devel_space(str(workspace / name)) == str(workspace / 'devel')
-
-
-def test_a_node_of_the_peer_runs_in_its_own_environment(workspace, peer):
-    devel = f'{workspace}/devel'
-    assert stacks.command(peer, 'gmapping')[:2] == [f'{devel}/env.sh', f'{devel}/lib/gmapping/slam_gmapping']
-
-
-def test_a_package_that_the_peer_lacks_is_named(peer):
-    with pytest.raises(BenchError, match='no package amcl. Build'):
-        stacks.command(peer, 'amcl')
-
-
-def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(workspace):
     chosen = []
-    for peer, only in ((None, None), (str(workspace), None), (str(workspace), ['map_bad'])):
-        options = argparse.Namespace(node=None, peer=peer, only=only)
+    for peer, only in ((None, None), (str(tmp_path), None), (str(tmp_path), ['map_bad'])):
+        options = argparse.Namespace(peer=peer, only=only)
         suite_navigation.use(options)
         chosen.append(options.only)
     core, nodes, own = chosen

@@ -20,10 +20,9 @@ from rostest_support.marker_scenes import Placed, Scene, image_of
 
 
 @pytest.fixture(autouse=True)
-def no_folder_is_left():
-    yield
-    suite_markers._frames.clear()
-    suite_markers._classes.clear()
+def no_folder_is_left(monkeypatch):
+    monkeypatch.setattr(suite_markers, '_chosen', dict(suite_markers._chosen))
+    monkeypatch.setattr(suite_markers, '_kept', {})
 
 
 @pytest.fixture
@@ -41,21 +40,20 @@ def folder(tmp_path):
     camera = {'K': camera.matrix.ravel().tolist(), 'D': [], 'width': 640, 'height': 480}
     (tmp_path / 'frames.json').write_text(json.dumps({'set': 'one', 'cameras': {'c': camera}, 'frames': [frame]}))
     (tmp_path / 'real_alvar.json').write_text(json.dumps({'frames': {'a': {'detections': [], 'detect_ms': 7.0}}}))
-    return str(tmp_path)
+    return tmp_path
 
 
 @pytest.mark.release
 def test_measurements_score_and_time_each_tool(folder):
-    suite_markers.use_folder(folder)
+    suite_markers._chosen['folder'] = folder
     pool = {}
     for measurement in suite_markers.MEASUREMENTS.values():
         pool.update(measurement.run(None, suite_markers.QUICK))
     assert pool['ours_recall_easy'] == pool['aruco_recall_easy'] == [100] and pool['real_recall_easy'] == [0]
     assert pool['ours_position_easy'][0] < 0.2 and pool['aruco_position_easy'][0] < 1.0
-    assert abs(pool['ours_distance_easy'][0]) < 0.05 and abs(pool['gamma_distance_easy'][0]) < 0.05
     assert pool['ours_flips'] == pool['ours_false'] == pool['ours_wrong'] == [0]
-    assert len(pool['ours_640x480']) == 1 and len(pool['tracking_640x480']) == suite_markers.STEPS - 1
-    assert pool['tracking_found'] == [100] and pool['real_640x480'] == [7.0]
+    assert len(pool['ours_640x480_cpu']) == 1 and len(pool['tracking_640x480_cpu']) == suite_markers.STEPS - 1
+    assert pool['tracking_found'] == [100] and pool['real_640x480_cpu'] == [7.0]
     text = suite_markers.preface({OURS: pool})
     assert [line.split('  ')[0] for line in text.splitlines()[2:6]] == [
         'here', 'here, gamma 2.2', 'ArUco', 'real tracker, stored']
@@ -83,11 +81,6 @@ def test_every_id_is_in_the_baselines_dictionary():
         assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
 
 
-def test_folder_without_frames_is_refused(tmp_path):
-    with pytest.raises(BenchError, match='no frames with ground truth'):
-        suite_markers.use_folder(str(tmp_path))
-
-
 def test_what_is_found_without_markers_is_false(tmp_path):
     """A folder with a marker, a grey image below, and a text."""
     scene = np.full((200, 200), 220, np.uint8)
@@ -103,11 +96,11 @@ def test_what_is_found_without_markers_is_false(tmp_path):
         no_markers.report(str(tmp_path / 'none'))
 
 
-def bag_of(path, images, infos, **topics):
+def bag_of(path, images, infos):
     """Write a bag of messages, each with the time of its number [s]; return its path."""
     rosbag = pytest.importorskip('rosbag')
     with rosbag.Bag(str(path), 'w') as bag:
-        for topic, messages in (('/cam/image', images), ('/cam/info', infos), *topics.items()):
+        for topic, messages in (('/cam/image', images), ('/cam/info', infos)):
             for number, message in enumerate(messages):
                 bag.write(topic, message, rospy.Time(1 + number))
     return str(path)
@@ -131,23 +124,7 @@ def test_bag_shows_how_steadily_markers_are_found(tmp_path):
     assert marker_bag.report(steady).splitlines()[2].split()[1:8] == '100.0 % of 4 0.00 / 0.00'.split()
 
 
-@pytest.mark.parametrize('count, topics, said', [
-    (0, {}, 'exactly one of each is needed'), (1, {'/other': 1}, 'exactly one of each is needed')])
-def test_bag_without_one_image_topic_is_refused(tmp_path, count, topics, said):
-    picture = images.to_image(np.zeros((480, 640), np.uint8))
-    bag = bag_of(tmp_path / 'a.bag', [picture] * count, [markers.camera_info()],
-                 **{name: [picture] * number for name, number in topics.items()})
-    with pytest.raises(BenchError, match=said):
-        marker_bag.report(bag)
-
-
-def test_what_is_no_bag_or_has_no_calibration_is_refused(tmp_path):
-    (tmp_path / 'text.bag').write_text('no bag')
-    for name, said in (('text.bag', 'cannot be read as a bag'), ('missing.bag', 'cannot be read as a bag')):
-        with pytest.raises(BenchError, match=said):
-            marker_bag.report(str(tmp_path / name))
-    info = markers.camera_info()
-    info.K = [0.0] * 9
-    bag = bag_of(tmp_path / 'a.bag', [images.to_image(np.zeros((480, 640), np.uint8))], [info])
-    with pytest.raises(BenchError, match='fx and fy must be above 0'):
+def test_bag_without_one_image_topic_is_refused(tmp_path):
+    bag = bag_of(tmp_path / 'a.bag', [], [markers.camera_info()])
+    with pytest.raises(BenchError, match='exactly one of each is needed'):
         marker_bag.report(bag)

@@ -10,6 +10,7 @@ import photo
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
+from marker_score import Score, score_frame
 
 CAMERA = default_camera()
 SURFACES = [photo.Flat(), photo.Cylinder(0.06, 0.7), photo.Cylinder(-0.1, 2.0), photo.Creased(0.2, 1.0, 0.01)]
@@ -75,11 +76,11 @@ def test_scores_count_corners_flags_and_rotations():
     moved[2][0] += 3.0
     right = {'id': marker['id'], 'position': marker['position'], 'orientation': marker['orientation'],
              'corners': moved, 'ambiguous': True}
-    score = class_scores.ClassScore()
-    score.add(class_scores.score_frame(shot.frame, shot.camera, 640, [right, {**right, 'id': marker['id'] ^ 1}]))
+    score = Score()
+    score.add(score_frame(shot.frame, shot.camera, 640, [right, {**right, 'id': marker['id'] ^ 1}]))
     assert score.corners() == pytest.approx([3.0]) and score.recall == 100 and score.wrong == 1
     assert score.flags() == [True] == score.flags(good_only=True) and score.rotations(sure=True) == []
-    empty = {name: class_scores.ClassScore() for name in (*KINDS, LOOK_ALIKES)}
+    empty = {name: Score() for name in (*KINDS, LOOK_ALIKES)}
     text = class_scores.table({'here': {**empty, 'even': score}})
     assert 'even           100.0' in text and '3.00 / 3.00' in text
     both = class_scores.table({'here': {**empty, 'even': score}, 'gamma': {name: score for name in KINDS}})

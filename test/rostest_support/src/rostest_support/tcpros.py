@@ -15,6 +15,8 @@ from urllib.parse import urlparse
 
 import psutil
 
+from rospy_support.limited_transport import LimitedTransport
+
 CALLER = '/raw_client'
 DEADLINE = 15.0  # [s] for an answer that takes milliseconds on an idle machine
 LENGTH = struct.Struct('<I')
@@ -27,26 +29,15 @@ class Closed(ConnectionError):
     """The other side closed the connection, or refused it with a text."""
 
 
-class _Transport(xmlrpc.client.Transport):
-    def __init__(self, timeout):
-        super().__init__()
-        self._timeout = timeout
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
-
-
 def api(uri, timeout=DEADLINE):
     """Return a proxy of the XML-RPC API at a URI; each of its calls ends after ``timeout`` [s]."""
-    return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout), allow_none=True)
+    return xmlrpc.client.ServerProxy(uri, transport=LimitedTransport(timeout), allow_none=True)
 
 
 def any_call(uri, method, arguments):
     """Call a method of an XML-RPC API, also one whose name ServerProxy uses itself; return the answer."""
     body = xmlrpc.client.dumps(tuple(arguments), method, allow_none=True).encode('utf-8', 'surrogatepass')
-    return _Transport(DEADLINE).request(urlparse(uri).netloc, '/RPC2', body)
+    return LimitedTransport(DEADLINE).request(urlparse(uri).netloc, '/RPC2', body)
 
 
 def address(uri):

@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
+import class_scores
 import marker_classes
 from alvar_core import code
 from alvar_core.camera import default_camera
@@ -14,9 +15,6 @@ from alvar_core.detection.edge_alignment import edge_points
 from alvar_core.detection.local_contrast import LocalDecoder, steps_of
 from alvar_core.detection.reading import black_cells
 from alvar_core.detection.tracker import Tracker
-from class_scores import ClassScore
-from marker_score import score_frame
-from markers_cli import detection_record
 from rostest_support.marker_scenes import Scene, image_of, random_markers
 
 
@@ -75,13 +73,9 @@ def test_parts_are_kept_that_are_dark_on_their_right():
     assert broken_outlines.distinct_parts(image, parts).tolist() == [edge.tolist()]
 
 
-def scored(name, count, half=marker_classes.DEVELOPMENT):
-    detector, score = Detector(marker_classes.SIZE), ClassScore()
-    for number in range(count):
-        shot = marker_classes.photo(name, half, number)
-        found = [detection_record(each) for each in detector.detect(shot.image, shot.camera)]
-        score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, found))
-    return score
+def scored(name, count):
+    return class_scores.scored((marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+                                for number in range(count)), class_scores.detector_of(marker_classes.SIZE))
 
 
 @pytest.mark.parametrize('name', ['shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole'])
