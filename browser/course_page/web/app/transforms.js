@@ -1,6 +1,6 @@
 // All frames (/tf and /tf_static) in the plane: where one is in another now.
 
-import {heading} from './frames.js';
+import {bare, heading} from './frames.js';
 
 const DEEPEST = 100;  // frames between two
 
@@ -47,8 +47,4 @@ export function compose(outer, {x, y, yaw}) {
 function inverse({x, y, yaw}) {
   const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
   return {x: -cos * x - sin * y, y: sin * x - cos * y, yaw: -yaw};
-}
-
-function bare(name) {
-  return name.replace(/^\//, '');
 }

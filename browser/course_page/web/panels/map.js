@@ -5,6 +5,8 @@ import {heading} from '../app/frames.js';
 import {Transforms} from '../app/transforms.js';
 import {NavigationMap, costColours, mapColours} from './lib/navigation_map.js';
 
+styleSheet('panels/robot.css');
+
 const FRAME = 'map';                  // unless the map names another one
 const BASES = ['base_footprint', 'base_link'];
 const REFRESH = 100;                  // [ms] between two positions of the robot
@@ -17,23 +19,14 @@ const TOOLS = {
 };
 const STATES = ['waits', 'drives', 'cancelled', 'reached', 'given up', 'refused', 'is being cancelled', 'is being recalled', 'recalled', 'lost'];
 
-export default {
-  id: 'map',
-  title: 'Map',
-  help: [
-    'What rviz shows for mapping and navigation: the map, costmaps, the particles of amcl, the laser scan, paths, the robot and its goal.',
-    '2D Pose Estimate tells amcl where the robot is, 2D Nav Goal tells move_base where to drive: press the button, then drag an arrow '
-      + 'on the map.',
-    'Drag the map to move it, use the wheel or the buttons to zoom.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/robot.css');
-    const panel = new MapPanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'What rviz shows for mapping and navigation: the map, costmaps, the particles of amcl, the laser scan, paths, the robot and its goal.',
+  '2D Pose Estimate tells amcl where the robot is, 2D Nav Goal tells move_base where to drive: press the button, then drag an arrow '
+    + 'on the map.',
+  'Drag the map to move it, use the wheel or the buttons to zoom.',
+];
 
-class MapPanel {
+export default class MapPanel {
   constructor(element, context) {
     this._context = context;
     this._frame = FRAME;

@@ -8,6 +8,8 @@ import {WorldMap} from '../app/map.js';
 import {SimulationCard} from '../app/simulation.js';
 import {Video} from '../app/video.js';
 
+styleSheet('panels/robot.css');
+
 const POLL_INTERVAL = 2000; // [ms] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
 const SEEN = 500;           // [ms] that a marker is shown after it was seen
@@ -19,25 +21,16 @@ const BUTTONS = [
   [null, ['back', '▼', 'Back'], null],
 ];
 
-export default {
-  id: 'robot',
-  title: 'Robotont',
-  help: [
-    'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
-    'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
-      + 'odometry differs from the true pose, it is shown in orange.',
-    'Drag a marker (red) to move it.',
-    'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
-      + 'to where it should look.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/robot.css');
-    const panel = new RobotPanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
+  'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
+    + 'odometry differs from the true pose, it is shown in orange.',
+  'Drag a marker (red) to move it.',
+  'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
+    + 'to where it should look.',
+];
 
-class RobotPanel {
+export default class RobotPanel {
   constructor(element, context) {
     this._element = element;
     this._context = context;

@@ -1,7 +1,7 @@
 // turtlesim: its canvas with the turtles, and everything that its services do.
 
 import {Caller} from '../app/calls.js';
-import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {el, emptyState, fill} from '../app/dom.js';
 import {Drawing} from '../app/drawing.js';
 import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
 import {SimulationCard, wide} from '../app/simulation.js';
@@ -15,22 +15,13 @@ const BUTTONS = [
   [null, ['back', '▼', 'Back'], null],
 ];
 
-export default {
-  id: 'turtle',
-  title: 'Turtle',
-  help: [
-    'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
-    'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
-    'Below the canvas is the command that does the same in a terminal.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/turtle.css');
-    const panel = new TurtlePanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
+  'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
+  'Below the canvas is the command that does the same in a terminal.',
+];
 
-class TurtlePanel {
+export default class TurtlePanel {
   constructor(element, context) {
     this._element = element;
     this._context = context;

@@ -1,5 +1,7 @@
 // Parts of forms, timers and files that all panels use. Texts become text nodes: nothing from ROS is ever HTML.
-import {el, fill} from '../../app/dom.js';
+import {el, fill, styleSheet} from '../../app/dom.js';
+
+styleSheet('panels/panels.css');
 
 let numbers = 0;
 
@@ -110,6 +112,18 @@ export class Scope {
   end() {
     this.ended = true;
     for (const end of [...this._ends]) end();
+  }
+}
+
+// A panel whose subscriptions, timers and listeners are in its scope.
+export class Panel {
+  constructor(context) {
+    this.context = context;
+    this.scope = new Scope(context.ros);
+  }
+
+  close() {
+    this.scope.end();
   }
 }
 
