@@ -37,7 +37,6 @@ class CamerasNode:
     """Publishes the images of all cameras."""
 
     def __init__(self):
-        """Subscribe to the simulator."""
         server, self._gamma = PARAMETERS.read('~server', '~gamma')
         self._scene = None  # plan, bodies and _Cameras
         self._cameras = {}  # (model, index): _Camera
@@ -89,7 +88,6 @@ class _Camera:
             self._points = self._publisher(camera.points, PointCloud2)
 
     def close(self):
-        """Unregister all topics."""
         for publisher in (self._colour, self._colour_info, self._depth, self._depth_info, self._points):
             if publisher is not None:
                 publisher.unregister()
@@ -158,7 +156,6 @@ def _cloud(header, points, colour):
 
 
 def main():
-    """Run gazebo_cameras."""
     cv2.setNumThreads(1)  # more threads take more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)
     CamerasNode()

@@ -46,7 +46,6 @@ class CameraNode:
     """Publishes colour and depth images, points, and their camera_info."""
 
     def __init__(self):
-        """Read the parameters and register everything."""
         *self._size, self._fov, rate, self._gamma = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate',
                                                                     '~gamma')
         self._depth_range = _depth_range()
@@ -139,7 +138,6 @@ def camera_place(pose):
 
 
 def camera_info(frame, pinhole):
-    """Return the CameraInfo of a camera.PinholeCamera."""
     info = CameraInfo(width=pinhole.width, height=pinhole.height, distortion_model='plumb_bob',
                       D=list(camera.DISTORTION), K=pinhole.matrix(), R=list(camera.RECTIFICATION),
                       P=pinhole.projection())
@@ -157,7 +155,6 @@ def cloud(header, points, colour):
 
 
 def main():
-    """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
     cv2.setNumThreads(1)  # with more threads, an image takes more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)
