@@ -83,7 +83,6 @@ def described_by(arguments):
 
 
 def main():
-    """Run map_server."""
     arguments = rospy.myargv(sys.argv)[1:]
     if not 1 <= len(arguments) <= 2:
         sys.exit(USAGE)

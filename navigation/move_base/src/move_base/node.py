@@ -75,7 +75,6 @@ class MoveBase:
     # ------------------------------------------------------------------------------------------------ the loop
 
     def run(self):
-        """Do one period after the other until shutdown."""
         rate = rospy.Rate(self._frequency, reset=True)
         while not rospy.is_shutdown():
             with self._lock:
@@ -289,6 +288,5 @@ def _description(limits):
 
 
 def main():
-    """Run move_base."""
     nodes.init_node('move_base', PARAMETERS)
     MoveBase().run()

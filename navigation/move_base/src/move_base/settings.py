@@ -28,7 +28,6 @@ class Any(Parameter):
         self.name, self.default, self.range = name, default, range
 
     def convert(self, value):
-        """Return the value."""
         return value
 
 
@@ -118,7 +117,6 @@ class Source(NamedTuple):
 
 
 def error(name, value, wanted):
-    """Return a ParameterError."""
     return ParameterError(f'parameter {rospy.resolve_name(name)} is {value!r}; it must be {wanted}')
 
 
@@ -132,7 +130,6 @@ def rename_old():
 
 
 def patience():
-    """Return the Patience."""
     names = [name for name in Patience.__dataclass_fields__ if name != 'aggressive_reset_dist']
     return Patience(**{name: OWN[f'~{name}'].read() for name in names})
 
@@ -178,7 +175,6 @@ def _speeds(name, value):
 
 
 def footprint(name):
-    """Return the Footprint of a costmap."""
     key = f'~{name}/footprint'
     given, padding, radius = (COSTMAPS[f'~{name}/{each}'].read() for each in ('footprint', 'footprint_padding',
                                                                               'robot_radius'))
@@ -233,7 +229,6 @@ def _boolean(name, default):
 
 
 def sources(layer):
-    """Return the Sources of an obstacle layer with this namespace."""
     found = []
     for name in _text(f'~{layer}/observation_sources', '').split():
         space = f'~{layer}/{name}/'

@@ -204,7 +204,6 @@ class Attempt:
         self.flooded = False  # the simulator was busy with what the nodes sent it
 
     def attempted(self, verdict):
-        """Return everything as an Attempted."""
         self.observed.source = static_analysis.source(self._command)
         verdict = symptoms.advise(self.exercise, self.observed, verdict)
         return Attempted(verdict, self.observed, tuple(self.remarks), self._policy.lockstep, self.busy, self.flooded,
@@ -263,7 +262,6 @@ class Attempt:
         return simulator
 
     def _start_beside(self, box):
-        """Start the nodes that the exercise wants beside the simulator."""
         if not self.exercise.beside:
             return
         try:
@@ -441,7 +439,6 @@ class Attempt:
                        student.greedy())
 
     def _is_late(self):
-        """Return whether the time of the attempt is over."""
         return time.monotonic() > self._deadline
 
     def _check_servers(self, simulator):
@@ -591,7 +588,6 @@ def _flooded(before, after, seconds, used=0.0):
 
 
 def _subscribers(master, topic):
-    """Return the names of the nodes that subscribe to a topic."""
     return {node for name, users in master.getSystemState()[1] if name == topic for node in users}
 
 

@@ -53,14 +53,12 @@ class Stimuli:
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
     def start(self):
-        """Start all of them."""
         if any(thread.name not in OF_STEPS for thread in self._threads):
             self._link.follow()
         for thread in self._threads:
             thread.start()
 
     def done(self):
-        """Return whether all are done."""
         return not any(thread.is_alive() for thread in self._threads)
 
     def _do(self, what, values, drawn):
@@ -252,7 +250,6 @@ class Stimuli:
 
 
 def _split_message(message_class, names, stamp, sectors):
-    """Return a message of one of SPLITS."""
     fields = {pattern.format(side): value for side in ('left', 'center', 'right')
               for pattern, value in zip(names, getattr(sectors, side))}
     message = message_class(**fields)
