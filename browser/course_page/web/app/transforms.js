@@ -39,7 +39,7 @@ export class Transforms {
 }
 
 // Return a pose that is given in another pose's frame in that pose's own outer frame.
-export function compose(outer, {x, y, yaw}) {
+function compose(outer, {x, y, yaw}) {
   const [cos, sin] = [Math.cos(outer.yaw), Math.sin(outer.yaw)];
   return {x: outer.x + cos * x - sin * y, y: outer.y + sin * x + cos * y, yaw: outer.yaw + yaw};
 }

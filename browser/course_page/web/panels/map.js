@@ -1,7 +1,7 @@
 // Navigation: map, costmaps, particles, paths; where the robot is, and where it shall go.
 
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {heading} from '../app/frames.js';
+import {bare, planar, scanPoints} from '../app/frames.js';
 import {Transforms} from '../app/transforms.js';
 import {NavigationMap, costColours, mapColours} from './lib/navigation_map.js';
 
@@ -64,7 +64,7 @@ export default class MapPanel {
       ['/move_base/TrajectoryPlannerROS/local_plan', 'nav_msgs/Path', line('local plan', '--accent'), 5],
       ['/move_base/DWAPlannerROS/local_plan', 'nav_msgs/Path', line('local plan', '--accent'), 5],
       ['/move_base/local_costmap/footprint', 'geometry_msgs/PolygonStamped', line('footprint', '--text', true), 5],
-      ['/move_base/current_goal', 'geometry_msgs/PoseStamped', ({header, pose}) => this._takeGoal(header, pose), 0],
+      ['/move_base/current_goal', 'geometry_msgs/PoseStamped', (message) => this._takeGoal(message), 0],
       ['/move_base/status', 'actionlib_msgs/GoalStatusArray', ({status_list: list}) => this._takeStatus(list), 2],
     ];
     this._ends = topics.map(([topic, type, callback, rate]) => ros.subscribe(topic, type, callback, {rate}));
@@ -74,30 +74,24 @@ export default class MapPanel {
 
   _takeGrid(name, message, colours) {
     if (name === 'map') {
-      this._frame = message.header.frame_id.replace(/^\//, '') || FRAME;
+      this._frame = bare(message.header.frame_id) || FRAME;
       this._hint.hidden = true;
     }
-    const {position, orientation} = message.info.origin;
-    this._map.setGrid(name, message, {x: position.x, y: position.y, yaw: heading(orientation)}, colours);
+    this._map.setGrid(name, message, planar(message.info.origin), colours);
   }
 
   _takeParticles({header, poses}) {
-    this._map.cloud = {frame: header.frame_id, poses: poses.map(({position: {x, y}, orientation}) => ({x, y, yaw: heading(orientation)}))};
+    this._map.cloud = {frame: header.frame_id, poses: poses.map(planar)};
     this._map.draw();
   }
 
-  _takeScan({header, angle_min: first, angle_increment: step, range_max: most, ranges}) {
-    const points = [];
-    for (const [index, range] of ranges.entries()) {
-      if (range === null || range > most) continue;  // null: infinite, without an echo
-      points.push({x: range * Math.cos(first + index * step), y: range * Math.sin(first + index * step)});
-    }
-    this._map.rays = {frame: header.frame_id, points};
+  _takeScan(scan) {
+    this._map.rays = {frame: scan.header.frame_id, points: scanPoints(scan)};
     this._map.draw();
   }
 
-  _takeGoal({frame_id: frame}, {position: {x, y}, orientation}) {
-    this._map.goal = {frame, x, y, yaw: heading(orientation)};
+  _takeGoal({header, pose}) {
+    this._map.goal = {frame: header.frame_id, ...planar(pose)};
     this._map.draw();
   }
 
@@ -129,9 +123,6 @@ export default class MapPanel {
   _build(element) {
     this._buttons = Object.entries(TOOLS).map(([name, [title, text]]) => el('button', {
       type: 'button', title: text, 'aria-pressed': 'false', dataset: {tool: name}, on: {click: () => this._take(this._tool === name ? '' : name)}}, title));
-    const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)], ['⤢', 'Show everything', () => this._map.fit()]];
-    this._map.element.append(el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
     this._where = el('p', {}, 'Nothing says yet where the robot is.');
     this._status = el('p', {role: 'status'}, 'No goal yet.');
     this._told = el('p', {}, '');

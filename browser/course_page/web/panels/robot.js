@@ -3,7 +3,7 @@
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
-import {Frames, heading} from '../app/frames.js';
+import {Frames, planar, scanPoints} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
 import {SimulationCard} from '../app/simulation.js';
 import {Video} from '../app/video.js';
@@ -151,27 +151,17 @@ export default class RobotPanel {
   // -------------------------------------------------------------------------------------------- messages
 
   _takePose({pose: {pose}}) {
-    this._map.setRobot({x: pose.position.x, y: pose.position.y, yaw: heading(pose.orientation)});
+    this._map.setRobot(planar(pose));
     this._showNumbers();
   }
 
   _takeOdometry(message) {
-    if (!this._simulated) {
-      this._takePose(message);
-    } else {
-      const {pose} = message.pose;
-      this._map.setOdometry({x: pose.position.x, y: pose.position.y, yaw: heading(pose.orientation)});
-    }
+    if (this._simulated) this._map.setOdometry(planar(message.pose.pose));
+    else this._takePose(message);
   }
 
-  _takeScan({header, angle_min: first, angle_increment: step, range_max: most, ranges}) {
-    const points = [];
-    for (const [index, range] of ranges.entries()) {
-      if (range === null || range > most) continue;  // null: infinite, without an echo
-      const angle = first + index * step;
-      points.push(this._frames.toRobot(header.frame_id, {x: range * Math.cos(angle), y: range * Math.sin(angle), z: 0}));
-    }
-    this._map.scan = points;
+  _takeScan(scan) {
+    this._map.scan = scanPoints(scan).map((point) => this._frames.toRobot(scan.header.frame_id, point));
     this._map.draw();
   }
 
@@ -213,11 +203,8 @@ export default class RobotPanel {
       this._map.odometryPath = [];
       this._map.draw();
     }}}, 'Clear the path');
-    const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)],
-      ['⤢', 'Show everything', () => this._map.fit()]];
     const cards = [this._cameraCard(), this._driveCard(), this._simulationCard()];
-    this._map.element.append(this._simulation.badge, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
+    this._map.element.append(this._simulation.badge);
     this._view = el('div', {class: 'robot'},
       el('div', {class: 'view'}, el('div', {class: 'row'}, this._choice, this._placeButton, forget), this._map.element, this._caller.element),
       el('div', {class: 'stack'}, cards));
