@@ -92,10 +92,8 @@ class CostmapNode:
     """A costmap with its topics: ``global_costmap`` or ``local_costmap``. ``costmap`` is None until it has its map."""
 
     def __init__(self, name, buffer):
-        read = {each: settings.COSTMAPS[f'~{name}/{each}'].read() for each in (
-            'global_frame', 'robot_base_frame', 'transform_tolerance', 'update_frequency', 'publish_frequency',
-            'rolling_window', 'track_unknown_space', 'lethal_cost_threshold', 'width', 'height', 'resolution',
-            'origin_x', 'origin_y')}
+        prefix = f'~{name}/'
+        read = {each.name[len(prefix):]: each.read() for each in settings.COSTMAPS if each.name.startswith(prefix)}
         self.name, self._buffer, self._read = name, buffer, read
         self.frame, self.base = read['global_frame'].lstrip('/'), read['robot_base_frame'].lstrip('/')
         self.footprint = settings.footprint(name)
