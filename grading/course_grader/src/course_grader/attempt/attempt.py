@@ -544,10 +544,7 @@ class Attempt:
 
     def _was_there(self):
         """Return whether a node of the student has ever run: the master logs even one that ends immediately."""
-        return self._students or any(node not in self._own() for _, _, node in self._registrations())
-
-    def _registrations(self):
-        return forked.registrations(self._master_log)
+        return self._students or any(node not in self._own() for _, _, node in forked.registrations(self._master_log))
 
     def _own(self):
         return {self._node, self._simulator, *self._beside}
@@ -561,7 +558,7 @@ class Attempt:
             return
         own = self._own()
         self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
-        for kind, name, node in self._registrations():  # also of names that came and went since the last poll
+        for kind, name, node in forked.registrations(self._master_log):  # also of names that were there between polls
             if node not in own and name not in OF_EVERY_NODE:
                 self.observed.connections.add((name, ROLES[kind]))
             if kind == 'PUB' and name in self._fakes and node not in own:
