@@ -2,6 +2,7 @@
 
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {bare, planar, scanPoints} from '../app/frames.js';
+import {Panel} from '../app/scope.js';
 import {Transforms} from '../app/transforms.js';
 import {NavigationMap, costColours, mapColours} from './lib/navigation_map.js';
 
@@ -26,9 +27,9 @@ export const help = [
   'Drag the map to move it, use the wheel or the buttons to zoom.',
 ];
 
-export default class MapPanel {
+export default class MapPanel extends Panel {
   constructor(element, context) {
-    this._context = context;
+    super(context);
     this._frame = FRAME;
     this._tool = '';
     this._transforms = new Transforms(context.ros);
@@ -39,14 +40,14 @@ export default class MapPanel {
   }
 
   close() {
+    super.close();
     clearInterval(this._timer);
-    for (const end of this._ends) end();
     this._map.close();
     this._transforms.close();
   }
 
   _subscribe() {
-    const {ros} = this._context;
+    const {ros} = this.context;
     const [map, costs] = [mapColours(), costColours()];
     const line = (name, colour, closed = false) => ({header, poses, polygon}) => {
       const points = polygon ? polygon.points : poses.map(({pose}) => pose.position);
@@ -67,7 +68,7 @@ export default class MapPanel {
       ['/move_base/current_goal', 'geometry_msgs/PoseStamped', (message) => this._takeGoal(message), 0],
       ['/move_base/status', 'actionlib_msgs/GoalStatusArray', ({status_list: list}) => this._takeStatus(list), 2],
     ];
-    this._ends = topics.map(([topic, type, callback, rate]) => ros.subscribe(topic, type, callback, {rate}));
+    for (const [topic, type, callback, rate] of topics) this.scope.add(ros.subscribe(topic, type, callback, {rate}));
   }
 
   // -------------------------------------------------------------------------------------------- messages
@@ -151,7 +152,7 @@ export default class MapPanel {
   }
 
   _use({x, y, yaw}) {
-    const {ros, toast} = this._context;
+    const {ros, toast} = this.context;
     const header = {stamp: {secs: 0, nsecs: 0}, frame_id: this._frame};
     const pose = {position: {x, y, z: 0}, orientation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}};
     const covariance = Array(36).fill(0);
