@@ -29,10 +29,8 @@ class RosBridge(Bridge):
         self.advertise_service, self.unadvertise_service = self._services.advertise, self._services.unadvertise
 
     def stop(self, topic):
-        """Publish a zero velocity."""
         self._topics.publish(None, topic, {})
 
     async def leave(self, session):
-        """Forget a client."""
         await self._topics.leave(session)
         await self._services.leave(session)

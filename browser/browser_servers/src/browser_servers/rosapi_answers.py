@@ -6,6 +6,7 @@ Threading contract: may be called from any thread.
 """
 import collections
 import json
+import re
 import threading
 import urllib.parse
 
@@ -19,15 +20,7 @@ from rosbridge_core.operations import globs, matches, ros1_type
 
 ACTION_TOPICS = {'cancel', 'feedback', 'goal', 'result', 'status'}
 NAMESPACE = '/rosapi/'
-CLASSES = {
-    'topics': 'Topics', 'topics_for_type': 'TopicsForType', 'topics_and_raw_types': 'TopicsAndRawTypes',
-    'services': 'Services', 'services_for_type': 'ServicesForType', 'nodes': 'Nodes', 'node_details': 'NodeDetails',
-    'action_servers': 'GetActionServers', 'topic_type': 'TopicType', 'service_type': 'ServiceType',
-    'publishers': 'Publishers', 'subscribers': 'Subscribers', 'service_providers': 'ServiceProviders',
-    'service_node': 'ServiceNode', 'service_host': 'ServiceHost', 'message_details': 'MessageDetails',
-    'service_request_details': 'ServiceRequestDetails', 'service_response_details': 'ServiceResponseDetails',
-    'set_param': 'SetParam', 'get_param': 'GetParam', 'has_param': 'HasParam', 'search_param': 'SearchParam',
-    'delete_param': 'DeleteParam', 'get_param_names': 'GetParamNames', 'get_time': 'GetTime'}  # of rosapi.srv
+NAMES = {'get_action_servers': 'action_servers'}  # of services that differ from those of their classes
 OF_ROS_2 = {'get_param': {'default_value': 'default'}}  # {service: {field in ROS 2: field}}
 _parameters = threading.RLock()  # rospy's client of the parameter server is not made for several threads
 
@@ -41,7 +34,9 @@ class Answers:
         The patterns are texts such as ``[/turtle*, /rosout]``; an empty one allows everything.
         """
         self._srv, self._typedef = srv, typedef
-        self.services = {name: getattr(srv, cls) for name, cls in CLASSES.items() if hasattr(srv, cls)}
+        named = {re.sub('(?<=.)(?=[A-Z])', '_', name).lower(): cls for name, cls in vars(srv).items()}
+        self.services = {NAMES.get(name, name): cls for name, cls in named.items()
+                         if hasattr(self, f'_{NAMES.get(name, name)}')}
         self._topic_globs, self._service_globs = globs(topics_glob), globs(services_glob)
         self._param_globs = globs(params_glob)
 

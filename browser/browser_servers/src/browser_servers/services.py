@@ -22,7 +22,6 @@ class Answered:
     """A service that a client answers."""
 
     def __init__(self, name, kind, session, loop):
-        """Register it."""
         self.session = session
         self.cls = types.service_class(kind)
         self._name, self._loop = name, loop
@@ -121,7 +120,6 @@ class Services:
         self._answered[name] = await self._slow(_registered, name, kind, session, self._loop)
 
     async def unadvertise(self, session, name):
-        """End a client's service."""
         answered = self._answered.get(name)
         if answered is None or answered.session is not session:
             raise Refused(f'this client has not advertised the service {name}')
@@ -129,14 +127,12 @@ class Services:
         await self._slow(answered.end, f'the client does not answer {name} any more')
 
     def respond(self, session, name, request, values, result):
-        """Take a client's answer."""
         answered = self._answered.get(name)
         if answered is None or answered.session is not session:
             raise Refused(f'this client has not advertised the service {name}')
         answered.respond(request, values, result)
 
     async def leave(self, session):
-        """Forget a client."""
         for name in [name for name, one in self._answered.items() if one.session is session]:
             await self.unadvertise(session, name)
 

@@ -61,7 +61,6 @@ class Source:
         return number, await asyncio.shield(self._tasks[query])
 
     def close(self):
-        """Unsubscribe."""
         self._subscriber.unregister()
 
 
@@ -85,7 +84,6 @@ class Sources:
     """The topics that browsers show now."""
 
     def __init__(self, loop):
-        """Subscribe to nothing yet."""
         self._loop, self._sources, self._lock = loop, {}, asyncio.Lock()
 
     async def open(self, query):
@@ -99,7 +97,6 @@ class Sources:
             return self._sources[key]
 
     async def close(self, source):
-        """Unsubscribe if the topic has no other viewer."""
         async with self._lock:
             source.viewers -= 1
             if not source.viewers:

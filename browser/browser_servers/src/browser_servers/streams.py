@@ -56,8 +56,7 @@ class Snapshot(Page):
     """The next image, and its number; with ``after``, the newest one after the image with this number."""
 
     async def get(self):
-        """Answer."""
-        wanted = None if self._finished else self.query()
+        wanted = self.query()
         if wanted is None:
             return
         after = self.get_query_argument('after', None)
@@ -88,8 +87,7 @@ class Stream(Page):
     """Images one after the other; a browser that is slower than the topic gets the newest each time."""
 
     async def get(self):
-        """Answer until the browser goes."""
-        wanted = None if self._finished else self.query()
+        wanted = self.query()
         if wanted is None:
             return
         streams = self.settings['streams']

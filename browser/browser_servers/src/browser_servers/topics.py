@@ -54,7 +54,6 @@ class Advertised:
     """A topic that clients publish on."""
 
     def __init__(self, name, kind, latch, queue_size):
-        """Register it."""
         self.kind, self.cls, self.sessions = kind, types.message_class(kind), set()
         self.is_velocity = kind in VELOCITIES
         self.unregistering = None
@@ -65,14 +64,12 @@ class Advertised:
             self._publisher = LatestPublisher(name, self.cls, self._starting)
 
     def publish(self, values):
-        """Publish a message given as a dict."""
         message = types.builder.build(self.cls, values)
         if self._starting is not None:
             self._starting.keep(message)
         self._publisher.publish(message)
 
     def unregister(self):
-        """Unregister it."""
         self._publisher.unregister()
 
 
@@ -143,7 +140,6 @@ class Subscribed:
             session.deliver(message, True)
 
     def unregister(self):
-        """Unregister it."""
         if self._subscriber is not None:
             self._subscriber.unregister()
 
@@ -158,7 +154,6 @@ class Topics:
         self._locks = collections.defaultdict(asyncio.Lock)
 
     def is_velocity(self, name):
-        """Return whether clients publish velocities on a topic."""
         advertised = self._advertised.get(name)
         return advertised is not None and advertised.is_velocity
 
@@ -181,7 +176,6 @@ class Topics:
         self._advertised[name].publish(values)
 
     async def advertise(self, session, name, kind, latch, queue_size):
-        """Let a client publish on a topic."""
         async with self._locks[name]:
             advertised = self._advertised.get(name)
             if advertised is None:
@@ -213,7 +207,6 @@ class Topics:
                 await self._slow(advertised.unregister)
 
     async def subscribe(self, session, name, kind):
-        """Pass the messages of a topic to a client."""
         async with self._locks[name]:
             if kind:
                 types.message_class(kind)
@@ -232,7 +225,6 @@ class Topics:
                 subscribed.deliver_latched(session)
 
     async def unsubscribe(self, session, name):
-        """End the subscription."""
         async with self._locks[name]:
             subscribed = self._subscribed.get(name)
             if subscribed is not None:
@@ -242,7 +234,6 @@ class Topics:
                     await self._slow(subscribed.unregister)
 
     async def leave(self, session):
-        """Forget a client."""
         for name in [name for name, one in self._advertised.items() if session in one.sessions]:
             await self.unadvertise(session, name)
         for name in [name for name, one in self._subscribed.items() if session in one.sessions]:

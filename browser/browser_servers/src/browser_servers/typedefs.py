@@ -2,9 +2,9 @@
 import dataclasses
 from typing import List
 
-import roslib.message
-
+from browser_servers import types
 from rosbridge_core.conversion import TIMES, is_message, kind_of
+from rosbridge_core.operations import Refused
 
 SINGLE, ANY_LENGTH = -1, 0  # of fieldarraylen; else the length of the array
 TIME_PARTS = 'int32'  # the type that rosapi gives for secs and nsecs
@@ -25,35 +25,26 @@ class TypeDef:
 
 def of_message(name):
     """Return the TypeDefs of a message type and of all types in it; empty if it is not installed."""
-    return _with_inner(roslib.message.get_message_class(name) if '/' in name else None, [name])
+    return _with_inner(_known(types.message_class, name), [name])
 
 
 def of_service(name, part):
     """Return the TypeDefs of a part of a service type: ``part`` is '_request_class' or '_response_class'."""
-    service = service_class(name)
+    service = _known(types.service_class, name)
     return _with_inner(service and getattr(service, part), [])
 
 
 def full_text(name):
     """Return the definition of a message type with those of all types in it; '' if it is not installed."""
-    found = message_class(name)
+    found = _known(types.message_class, name)
     return found._full_text if found else ''
 
 
-def message_class(name):
-    """Return the class of a message type, or None."""
-    return _found(roslib.message.get_message_class, name)
-
-
-def service_class(name):
-    """Return the class of a service type, or None."""
-    return _found(roslib.message.get_service_class, name)
-
-
-def _found(find, name):
+def _known(find, name):
+    """Return a class, or None for a type that is not installed."""
     try:
-        return find(name) if name.count('/') == 1 else None
-    except (ImportError, ValueError, AttributeError, TypeError):  # a package that is not built
+        return find(name)
+    except Refused:
         return None
 
 
@@ -65,7 +56,7 @@ def _with_inner(cls, seen):
     for name in inner:
         if name not in seen:
             seen.append(name)
-            found += [_time(name)] if name in TIMES else _with_inner(message_class(name), seen)
+            found += [_time(name)] if name in TIMES else _with_inner(_known(types.message_class, name), seen)
     return found
 
 

@@ -25,16 +25,12 @@ class RosbridgeWebSocket(WebSocket):
         self._clients, self._session, self.connected = clients, None, time.time()
 
     async def get(self, *arguments, **keywords):
-        """Accept a client, or say why not."""
-        if self._finished:
-            return
         if len(self._clients) >= self._clients.most:
             self.refuse(503, f'{self._clients.most} clients are connected already; ~max_clients allows more')
             return
         await super().get(*arguments, **keywords)
 
     def opened(self, connection, stream):
-        """Begin to serve the client."""
         stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         stream.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, USER_TIMEOUT)
         clients = self._clients
@@ -44,16 +40,13 @@ class RosbridgeWebSocket(WebSocket):
         clients.add(self)
 
     async def ended(self):
-        """Forget the client."""
         self._clients.remove(self)
         await self._session.closed()
 
     def driving(self):
-        """Return the topics on which this client drives."""
         return self._session.deadman.moving
 
     def check(self, now, stalled):
-        """Check whether the client is silent or slow."""
         self._session.check(now, stalled)
 
 
@@ -61,7 +54,6 @@ class _WebSockets(tornado.routing.Matcher):
     """Matches a request for a WebSocket, whatever its path: pages use several."""
 
     def match(self, request):
-        """Return an empty dict if it matches, else None."""
         return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
 
 
@@ -83,12 +75,10 @@ class Clients:
         return len(self._clients)
 
     def add(self, client):
-        """Add a client."""
         self._clients.add(client)
         self._tell()
 
     def remove(self, client):
-        """Remove a client."""
         self._clients.discard(client)
         self._tell()
 

@@ -137,7 +137,6 @@ class Grader:
             cwd=self._home, preexec_fn=functools.partial(end_with_parent, signal.SIGINT, os.getpid()))
 
     async def stop(self):
-        """End the grading that runs."""
         if self._runs() and not self._stopping:
             self._stopping = True
             try:
@@ -201,23 +200,17 @@ class Choices(web.Guarded):
     """GET: what can be graded, as JSON."""
 
     async def get(self):
-        """Answer."""
-        if not self._finished:
-            self.answer_json(json.dumps(await self.settings['grader'].choices()))
+        self.answer_json(json.dumps(await self.settings['grader'].choices()))
 
 
 class Gradings(web.Guarded):
     """GET: the last grading, as JSON. POST ``{"exercise": ..., "program": ...}`` starts one, ``{}`` ends it."""
 
     def get(self):
-        """Answer with the state."""
-        if not self._finished:
-            self.answer_json(json.dumps(self.settings['grader'].state()))
+        self.answer_json(json.dumps(self.settings['grader'].state()))
 
     async def post(self):
         """Start or end a grading; answer with the state, or with 400 and what is allowed."""
-        if self._finished:
-            return
         grader = self.settings['grader']
         try:
             asked = json.loads(self.request.body)
@@ -240,9 +233,6 @@ class Picture(web.Guarded):
     """GET: the picture of the last grading."""
 
     def get(self):
-        """Answer with a PNG, or 404."""
-        if self._finished:
-            return
         try:
             with open(self.settings['grader'].picture(), 'rb') as file:
                 picture = file.read()

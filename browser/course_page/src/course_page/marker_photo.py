@@ -63,9 +63,6 @@ class MarkerPhoto(web.Guarded):
     """POST with a JPEG or PNG: why each candidate in it is a marker or not, as JSON ``lines`` and ``picture``."""
 
     async def post(self):
-        """Answer, or say why the photo is refused."""
-        if self._finished:
-            return
         try:
             found = await self.settings['photos'].explain(self.request.body)
         except PhotoRefused as refused:

@@ -55,7 +55,6 @@ class Page(web.Files):
     """The files of the page; a browser runs only scripts from here."""
 
     def set_extra_headers(self, path):
-        """Add the Content-Security-Policy."""
         super().set_extra_headers(path)
         self.set_header('Content-Security-Policy', policy(self.request.host, self.settings['access'].origins))
         self.set_header('Referrer-Policy', 'no-referrer')
@@ -92,13 +91,11 @@ class Status(web.Guarded):
     """The state of server and master as JSON, for a page without a connection to ROS."""
 
     async def get(self):
-        """Answer."""
-        if not self._finished:
-            answers = await self.settings['probe'].answers()
-            ready = self.settings['ready'].is_set()
-            self.answer_json(json.dumps({
-                'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(), 'name': rospy.get_name(),
-                'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
+        answers = await self.settings['probe'].answers()
+        ready = self.settings['ready'].is_set()
+        self.answer_json(json.dumps({
+            'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(), 'name': rospy.get_name(),
+            'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
 
 
 class LogKeeper:
@@ -108,7 +105,6 @@ class LogKeeper:
         self.messages = collections.deque(maxlen=LOG_LENGTH)
 
     def deliver(self, message, kept=False):
-        """Take a Message."""
         self.messages.append(message)
 
 
@@ -116,10 +112,8 @@ class Logged(web.Guarded):
     """The messages of ``settings['log']``, a LogKeeper, as JSON."""
 
     def get(self):
-        """Answer."""
-        if not self._finished:
-            self.answer_json(json.dumps([json_values(Log().deserialize(message.data))
-                                         for message in self.settings['log'].messages]))
+        self.answer_json(json.dumps([json_values(Log().deserialize(message.data))
+                                     for message in self.settings['log'].messages]))
 
 
 class Socket(RosbridgeWebSocket):
@@ -127,8 +121,6 @@ class Socket(RosbridgeWebSocket):
 
     async def get(self, *arguments, **keywords):
         """Accept a client once a ROS master answers."""
-        if self._finished:
-            return
         if self.settings['ready'].is_set():
             await super().get(*arguments, **keywords)
         else:
@@ -136,7 +128,6 @@ class Socket(RosbridgeWebSocket):
 
 
 def master_answers():
-    """Return whether a ROS master answers."""
     try:
         return bool(Master(ANSWER_TIMEOUT).request([('getPid',)]))
     except NoMaster:
@@ -184,7 +175,6 @@ class PageServer:
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
     def start(self):
-        """Serve until ``stop``."""
         self._server.start()
 
     def connect(self):
@@ -228,7 +218,6 @@ def _say(text, *arguments):
 
 
 def options_of(arguments):
-    """Return the options of a command line."""
     folder = os.path.join(rospkg.RosPack().get_path('course_page'), 'web')
     parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
@@ -280,7 +269,6 @@ def _start_node(port):
 
 
 def main():
-    """Serve until shutdown."""
     options = options_of(rospy.myargv()[1:])
     if _is_served_already(options):
         return

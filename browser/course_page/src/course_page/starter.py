@@ -141,14 +141,10 @@ class Programs(web.Guarded):
     """GET: the state of all programs as JSON. POST ``{"name": ..., "action": "start" or "stop"}``."""
 
     def get(self):
-        """Answer with the state."""
-        if not self._finished:
-            self.answer_json(json.dumps(self.settings['starter'].state()))
+        self.answer_json(json.dumps(self.settings['starter'].state()))
 
     async def post(self):
         """Start or stop a program; answer with the state, or with 400 and what is allowed."""
-        if self._finished:
-            return
         starter = self.settings['starter']
         try:
             asked = json.loads(self.request.body)

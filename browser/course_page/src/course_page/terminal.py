@@ -52,14 +52,12 @@ def configuration(port, jupyter):
 
 
 def write_configuration(folder, settings):
-    """Write the files of JupyterLab's configuration into ``folder``."""
     (folder / 'jupyter_server_config.json').write_text(json.dumps(settings), encoding='utf-8')
     (folder / 'labconfig').mkdir()
     (folder / 'labconfig' / 'page_config.json').write_text(json.dumps(PAGE_CONFIG), encoding='utf-8')
 
 
 def main():
-    """Serve until Ctrl-C."""
     options, further = options_of(rospy.myargv()[1:])
     make_interruptible()
     running = running_page()

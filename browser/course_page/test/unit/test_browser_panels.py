@@ -119,8 +119,10 @@ def value(page, module, expression):
      'http://localhost:8000/?x=1#/plot?fields=/a/x'),
     ('../../app/address', 'm.withoutToken("https://class.example/turtle/?token=a#/")', 'https://class.example/turtle/#/'),
     ('../../app/layouts',
-     """['{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}', 'null', '[', null, '"x"']
-        .map(m.savedLayouts)""", [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
+     """[{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}, null, [], 5, "x"].map(m.savedLayouts)""",
+     [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
+    ('../../app/dom', '(m.store("a", [1]), localStorage.setItem("b", "["), ["a", "b", "c"].map(m.stored))',
+     [[1], None, None]),
     ('verdict', 'm.verdictOf({result: null})',
      {'text': 'no verdict', 'kind': 'bad', 'hints': [], 'checks': [], 'notes': []}),
     ('verdict', f'm.verdictOf({json.dumps(GRADED)})',

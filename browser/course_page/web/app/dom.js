@@ -103,6 +103,21 @@ export function cssColour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
+// Return the value that `store` has kept in this browser, or null; what is there may be anything.
+export function stored(key) {
+  try {
+    return JSON.parse(localStorage.getItem(key));
+  } catch {
+    return null; // private windows have no storage
+  }
+}
+
+export function store(key, value) {
+  try {
+    localStorage.setItem(key, JSON.stringify(value));
+  } catch { /* as above */ }
+}
+
 // Load a panel's style sheet once; its address is relative to index.html.
 export function styleSheet(address) {
   if (![...document.styleSheets].some((sheet) => sheet.ownerNode?.getAttribute('href') === address)) {

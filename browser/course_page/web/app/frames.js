@@ -38,6 +38,22 @@ export function rotate({x, y, z, w}, point) {
   return {x: point.x + w * tx + y * tz - z * ty, y: point.y + w * ty + z * tx - x * tz, z: point.z + w * tz + x * ty - y * tx};
 }
 
+// Return the points {x, y, z} of a sensor_msgs/LaserScan in the frame of the scanner.
+export function scanPoints({angle_min: first, angle_increment: step, range_max: most, ranges}) {
+  const points = [];
+  for (const [index, range] of ranges.entries()) {
+    if (range === null || range > most) continue;  // null: infinite, without an echo
+    const angle = first + index * step;
+    points.push({x: range * Math.cos(angle), y: range * Math.sin(angle), z: 0});
+  }
+  return points;
+}
+
+// Return a geometry_msgs/Pose seen from above.
+export function planar({position: {x, y}, orientation}) {
+  return {x, y, yaw: heading(orientation)};
+}
+
 // Return the heading [rad] of a quaternion, counter-clockwise from +x.
 export function heading({x, y, z, w}) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));

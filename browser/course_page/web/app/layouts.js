@@ -1,6 +1,6 @@
 // Layouts: panels side by side with what they show, saved under a name in this browser.
 import {besideOf, parseAddress} from './address.js';
-import {CROSS, el, fill, icon} from './dom.js';
+import {CROSS, el, fill, icon, store, stored} from './dom.js';
 
 const KEY = 'layouts';
 const MOST = 30;
@@ -11,30 +11,17 @@ const READY = {
 };
 
 // Return the saved layouts, {name: address}; what is in the browser may be anything.
-export function savedLayouts(text) {
-  try {
-    const found = Object.entries(JSON.parse(text) ?? {}).filter(([, address]) => /^#\/\w+/.test(address));
-    return Object.fromEntries(found.slice(0, MOST));
-  } catch {
-    return {};
-  }
+export function savedLayouts(kept) {
+  return Object.fromEntries(Object.entries(kept ?? {}).filter(([, address]) => /^#\/\w+/.test(address)).slice(0, MOST));
 }
 
 // Return the menu of layouts; `titleOf(id)` is the title of a panel.
 export function layoutMenu(titleOf) {
   const name = el('input', {type: 'text', autocomplete: 'off', maxLength: LONGEST});
   const list = el('ul', {});
-  const read = () => {
-    try {
-      return savedLayouts(localStorage.getItem(KEY));
-    } catch {
-      return {}; // private windows have no storage
-    }
-  };
+  const read = () => savedLayouts(stored(KEY));
   const write = (layouts) => {
-    try {
-      localStorage.setItem(KEY, JSON.stringify(layouts));
-    } catch { /* as above */ }
+    store(KEY, layouts);
     show();
   };
   const link = (title, address) => el('a', {href: address, on: {click: () => { menu.open = false; }}}, title);

@@ -17,7 +17,9 @@ export class WorldMap {
   constructor(label, onPlace, onMove) {
     this.ground = el('canvas', {role: 'img', 'aria-label': label});
     this.over = el('canvas', {'aria-hidden': 'true'});
-    this.element = el('div', {class: 'map', tabIndex: 0}, this.ground, this.over);
+    const zoom = [['+', 'Larger', () => this.zoom(1.4)], ['−', 'Smaller', () => this.zoom(1 / 1.4)], ['⤢', 'Show everything', () => this.fit()]];
+    this.element = el('div', {class: 'map', tabIndex: 0}, this.ground, this.over, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
+      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
     this.world = null;
     this.frames = 0;
     this.placing = false;
@@ -224,11 +226,7 @@ export class WorldMap {
     const drift = this.odometry && Math.hypot(this.odometry.x - this.robot.x, this.odometry.y - this.robot.y) > 0.02;
     if (drift) this._drawPath(context, this.odometryPath, cssColour('--series-2'), [6, 6]);
     this._drawPath(context, this.path, accent, []);
-    context.save();
-    context.translate(this.robot.x, this.robot.y);
-    context.rotate(this.robot.yaw);
-    this._drawScan(context);
-    context.restore();
+    this._at(context, this.robot, () => this._drawPoints(context, this.scan));
     if (this.mark) this._drawRobot(context, this.mark, accent, 0.5);
     if (drift) this._drawRobot(context, this.odometry, cssColour('--series-2'), 0.35);
     this._drawRobot(context, this.robot, accent, 1);
@@ -246,10 +244,20 @@ export class WorldMap {
     context.setLineDash([]);
   }
 
-  _drawScan(context) {
+  // Draw something in the frame of a pose.
+  _at(context, {x, y, yaw}, draw) {
+    context.save();
+    context.translate(x, y);
+    context.rotate(yaw);
+    draw();
+    context.restore();
+  }
+
+  // Draw the points of a laser scan.
+  _drawPoints(context, points) {
     context.fillStyle = cssColour('--series-2');
     const size = 3 * this._pixel;
-    for (const {x, y} of this.scan) context.fillRect(x - size / 2, y - size / 2, size, size);
+    for (const {x, y} of points) context.fillRect(x - size / 2, y - size / 2, size, size);
   }
 
   _drawRobot(context, {x, y, yaw}, colour, opacity) {

@@ -20,10 +20,6 @@ export class Rosapi {
     return (await this._call('topics_for_type', {type})).topics;
   }
 
-  async topicType(topic) {
-    return (await this._call('topic_type', {topic})).type;
-  }
-
   // Return the names of the nodes that publish a topic.
   async publishers(topic) {
     return (await this._call('publishers', {topic})).publishers;
@@ -45,27 +41,6 @@ export class Rosapi {
 
   async services() {
     return (await this._call('services')).services;
-  }
-
-  async serviceType(service) {
-    return (await this._call('service_type', {service})).type;
-  }
-
-  // Return a list of typedefs (rosapi/TypeDef): that of the type first, then those of the types in it.
-  async messageDetails(type) {
-    return (await this._call('message_details', {type})).typedefs;
-  }
-
-  async requestDetails(type) {
-    return (await this._call('service_request_details', {type})).typedefs;
-  }
-
-  async responseDetails(type) {
-    return (await this._call('service_response_details', {type})).typedefs;
-  }
-
-  async parameterNames() {
-    return (await this._call('get_param_names')).names;
   }
 
   // Return a parameter's value, or `otherwise` if it is not set.

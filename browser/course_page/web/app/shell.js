@@ -89,14 +89,14 @@ class Shell {
     const turn = place.turn;
     let module;
     try {
-      module = (await import(`../panels/${panel.id}.js`)).default;
+      module = await import(`../panels/${panel.id}.js`);
     } catch (error) {
       console.error(error);
       fill(body, el('p', {class: 'empty'}, `This panel could not be loaded: ${error.message}. Reload the page.`));
       return;
     }
     if (place.turn !== turn) return;
-    head.append(helpOf(module), isFirst ? this._besideChoice(panel) : closeBeside(panel));
+    head.append(helpOf(panel, module.help), isFirst ? this._besideChoice(panel) : closeBeside(panel));
     const context = {
       ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine, keys: isFirst,
       // Change the panel's part of the address without mounting it again.
@@ -116,7 +116,7 @@ class Shell {
       },
     };
     try {
-      place.unmount = module.mount(body, context) || (() => {});
+      place.shown = new module.default(body, context);
     } catch (error) {
       console.error(error);
       fill(body, el('p', {class: 'empty'}, `This panel does not work: ${error.message}`));
@@ -161,17 +161,17 @@ class Place {
     this.element = element;
     this.key = '';
     this.turn = 0;
-    this.unmount = () => {};
+    this.shown = null;
   }
 
   clear() {
     this.turn += 1;
     try {
-      this.unmount();
+      this.shown?.close();
     } catch (error) {
       console.error(error);
     }
-    this.unmount = () => {};
+    this.shown = null;
     this.element.replaceChildren();
   }
 }
@@ -199,10 +199,9 @@ function describe(state) {
     text: 'The page tries again twice a second. You do not need to do anything.', commands: []};
 }
 
-function helpOf(module) {
-  if (!module.help) return null;
-  return el('details', {class: 'help'}, el('summary', {'aria-label': `About ${module.title}`}, '?'),
-    el('div', {class: 'card'}, [].concat(module.help).map((text) => el('p', {}, text))));
+function helpOf({title}, texts) {
+  return el('details', {class: 'help'}, el('summary', {'aria-label': `About ${title}`}, '?'),
+    el('div', {class: 'card'}, texts.map((text) => el('p', {}, text))));
 }
 
 function closeBeside(panel) {

@@ -1,6 +1,6 @@
 // All frames (/tf and /tf_static) in the plane: where one is in another now.
 
-import {heading} from './frames.js';
+import {bare, heading} from './frames.js';
 
 const DEEPEST = 100;  // frames between two
 
@@ -39,7 +39,7 @@ export class Transforms {
 }
 
 // Return a pose that is given in another pose's frame in that pose's own outer frame.
-export function compose(outer, {x, y, yaw}) {
+function compose(outer, {x, y, yaw}) {
   const [cos, sin] = [Math.cos(outer.yaw), Math.sin(outer.yaw)];
   return {x: outer.x + cos * x - sin * y, y: outer.y + sin * x + cos * y, yaw: outer.yaw + yaw};
 }
@@ -47,8 +47,4 @@ export function compose(outer, {x, y, yaw}) {
 function inverse({x, y, yaw}) {
   const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
   return {x: -cos * x - sin * y, y: sin * x - cos * y, yaw: -yaw};
-}
-
-function bare(name) {
-  return name.replace(/^\//, '');
 }

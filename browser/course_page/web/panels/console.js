@@ -1,32 +1,22 @@
 // The log of all nodes: /rosout_agg, with levels and filters, as many messages as fit.
-import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {button, labelled, save, Scope, setText, suggestions} from './lib/parts.js';
+import {el, emptyState, fill} from '../app/dom.js';
+import {button, labelled, Panel, save, setText, suggestions} from './lib/parts.js';
 import {shortName} from './lib/names.js';
 import {Log, LEVELS, merged} from './lib/log.js';
 import {clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const DRAW = 0.2; // s between two updates
 const SHOWN = 400; // lines at a time
 const NEAR = 40; // px from the end of the list that count as the end
 const MAX_LENGTH = 4000; // characters of a message
 
-export default {
-  id: 'console',
-  title: 'Console',
-  help: ['What all nodes log; at first the last 1000 messages since the server of this page was started. Choose levels, or '
-         + 'filter by node and text; repeated messages are counted.', 'In a terminal: rostopic echo /rosout_agg.'],
-  mount(element, context) {
-    const panel = new ConsolePanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'What all nodes log; at first the last 1000 messages since the server of this page was started. Choose levels, or '
+    + 'filter by node and text; repeated messages are counted.', 'In a terminal: rostopic echo /rosout_agg.'];
 
-class ConsolePanel {
+export default class ConsolePanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._log = new Log();
     this._changed = true;
     this._paused = false;

@@ -1,13 +1,11 @@
 // The steps of the course, from docs/course.md and docs/course_next.md; each is marked done once it is observed.
-import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {commandLine, el, emptyState, fill, store, stored} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {PANELS} from '../app/panels.js';
-import {button, Notice, Scope, setText} from './lib/parts.js';
+import {button, Notice, Panel, setText} from './lib/parts.js';
 import {RULES, Watcher} from './lib/course_rules.js';
 import {inline, parseCourse} from './lib/course_text.js';
 import {System} from './lib/system.js';
-
-styleSheet('panels/panels.css');
 
 const PAGES = ['course.md', 'course_next.md'];
 const SHEET = 'exercise_sheet.md'; // instead of them, in a copy without solutions: the tasks of the same steps
@@ -16,24 +14,17 @@ const POSES = 10; // messages a second
 const MOST_VEHICLES = 5;
 const STORE = 'course steps'; // in the browser's storage: {number of the step: when it was done}
 
-export default {
-  id: 'course',
-  title: 'Course',
-  help: ['The steps of the course with their commands. While this panel is open, also beside another one, it looks at nodes '
-         + 'and poses, and ticks a step off as soon as it sees that it is done. You can also tick it yourself.'],
-  mount(element, context) {
-    const panel = new CoursePanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'The steps of the course with their commands. While this panel is open, also beside another one, it looks at nodes '
+    + 'and poses, and ticks a step off as soon as it sees that it is done. You can also tick it yourself.'];
 
-class CoursePanel {
+export default class CoursePanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._element = element;
     this._notice = new Notice();
-    this._done = read();
+    const done = stored(STORE);
+    this._done = done !== null && typeof done === 'object' ? done : {};
     this._poses = new Map();
     this._load();
     this.scope.add(() => this._poses.forEach((end) => end()));
@@ -92,7 +83,7 @@ class CoursePanel {
     const again = button('Start again', () => {
       if (sure) {
         this._done = {};
-        write(this._done);
+        store(STORE, this._done);
         this._mark();
       }
       sure = !sure;
@@ -113,7 +104,7 @@ class CoursePanel {
     const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} is done`, on: {change: () => {
       if (tick.checked) this._done[number] = Date.now();
       else delete this._done[number];
-      write(this._done);
+      store(STORE, this._done);
       this._mark();
     }}});
     const state = el('span', {class: 'pill'});
@@ -132,7 +123,7 @@ class CoursePanel {
   _see(number) {
     if (this._done[number] || this.scope.ended) return;
     this._done[number] = Date.now();
-    write(this._done);
+    store(STORE, this._done);
     this._mark();
     this.context.announce(`Step ${number} of the course is done.`);
     this.context.toast(`Step ${number} of the course is done.`);
@@ -188,19 +179,4 @@ function parts(text) {
     }
     return kind === 'text' ? shown : el({key: 'kbd'}[kind] || kind, {}, shown);
   });
-}
-
-function read() {
-  try {
-    const found = JSON.parse(localStorage.getItem(STORE));
-    return found !== null && typeof found === 'object' ? found : {};
-  } catch {
-    return {};
-  }
-}
-
-function write(done) {
-  try {
-    localStorage.setItem(STORE, JSON.stringify(done));
-  } catch { /* private windows have no storage: it is kept as long as the page is open */ }
 }

@@ -1,28 +1,19 @@
 // Frames: the tree of coordinate frames, with each frame's pose in its parent.
-import {el, emptyState, fill, inNextFrame, styleSheet} from '../app/dom.js';
-import {Notice, Scope, setText} from './lib/parts.js';
+import {el, emptyState, fill, inNextFrame} from '../app/dom.js';
+import {Notice, Panel, setText} from './lib/parts.js';
 import {FrameTree, rateOf, rollPitchYaw} from './lib/frame_tree.js';
 import {clean} from './lib/values.js';
 
-styleSheet('panels/panels.css');
-
 const PERIOD = 500; // ms between two drawings
 
-export default {
-  id: 'frames',
-  title: 'Frames',
-  help: ['The tree of frames that nodes send on /tf and /tf_static. Each line has the pose of a frame in its parent: x, y and z in '
-         + 'metres; roll, pitch and yaw in degrees. Red lines say what is wrong with a frame.',
-         'In a terminal: rosrun tf tf_echo PARENT CHILD, rosrun tf view_frames.'],
-  mount(element, context) {
-    const panel = new FramesPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'The tree of frames that nodes send on /tf and /tf_static. Each line has the pose of a frame in its parent: x, y and z in '
+    + 'metres; roll, pitch and yaw in degrees. Red lines say what is wrong with a frame.',
+  'In a terminal: rosrun tf tf_echo PARENT CHILD, rosrun tf view_frames.'];
 
-class FramesPanel {
+export default class FramesPanel extends Panel {
   constructor(element, context) {
-    this.scope = new Scope(context.ros);
+    super(context);
     this._tree = new FrameTree();
     this._rows = new Map();
     this._count = el('p', {class: 'muted small', role: 'status'});

@@ -1,30 +1,20 @@
 // Grade: a program of the user is graded, and its verdict shown.
-import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {button, choice, Notice, Scope, setText} from './lib/parts.js';
+import {commandLine, el, emptyState, fill} from '../app/dom.js';
+import {button, choice, Notice, Panel, setText} from './lib/parts.js';
 import {shortPath, verdictOf} from './lib/verdict.js';
 import {clean} from './lib/values.js';
 
-styleSheet('panels/panels.css');
-
 const POLL_INTERVAL = 1000; // [ms]
 
-export default {
-  id: 'grade',
-  title: 'Grade',
-  help: ['Grades a program as ./run grade does: with a master and a simulator of its own, which do not touch what you see in the '
-         + 'other panels. One program is graded at a time.',
-         'The list has the programs in the folder in which the page was started and in the workspaces that were sourced there, '
-         + 'the newest first.'],
-  mount(element, context) {
-    const panel = new GradePanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Grades a program as ./run grade does: with a master and a simulator of its own, which do not touch what you see in the '
+    + 'other panels. One program is graded at a time.',
+  'The list has the programs in the folder in which the page was started and in the workspaces that were sourced there, '
+    + 'the newest first.'];
 
-class GradePanel {
+export default class GradePanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._shown = '';
     this._running = false;
     this._notice = new Notice();

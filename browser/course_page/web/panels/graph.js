@@ -1,13 +1,11 @@
 // The graph of nodes and topics, as a drawing and as a table.
-import {el, emptyState, fill, styleSheet, svg} from '../app/dom.js';
+import {el, emptyState, fill, svg} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
-import {button, choice, labelled, Notice, Scope, setText} from './lib/parts.js';
+import {button, choice, labelled, Notice, Panel, setText} from './lib/parts.js';
 import {largest, layOut} from './lib/layout.js';
 import {shortName} from './lib/names.js';
 import {graphOf, System} from './lib/system.js';
 import {clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const FONT = '13px system-ui, sans-serif';
 const ZOOM = 1.25; // at each press
@@ -16,22 +14,14 @@ const STEP = 60; // px that an arrow key moves the view
 const LARGEST = 1.4; // scale: small graphs are not blown up
 const SMALLEST = 0.5; // scale at first; what does not fit then is reached by moving
 
-export default {
-  id: 'graph',
-  title: 'Graph',
-  help: ['Ellipses are nodes, rectangles are topics; arrows say where messages go. It is drawn again as soon as a node '
-         + 'comes or goes. Choose one to see what it is connected with; drag, or use the arrow keys, + and -, to move and zoom.',
-         'In a terminal: rosnode list, rosnode info.'],
-  mount(element, context) {
-    const panel = new GraphPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Ellipses are nodes, rectangles are topics; arrows say where messages go. It is drawn again as soon as a node '
+    + 'comes or goes. Choose one to see what it is connected with; drag, or use the arrow keys, + and -, to move and zoom.',
+  'In a terminal: rosnode list, rosnode info.'];
 
-class GraphPanel {
+export default class GraphPanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._system = null;
     this._chosen = '';
     this._drawn = '';

@@ -1,11 +1,9 @@
 // Images of cameras and trackers.
-import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {el, emptyState, fill} from '../app/dom.js';
 import {Video} from '../app/video.js';
 import {cvWindowControls, isCvWindow} from './lib/cv_window.js';
-import {button, choice, Notice, save, Scope, setText} from './lib/parts.js';
+import {button, choice, Notice, Panel, save, Scope, setText} from './lib/parts.js';
 import {clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const RAW = 'sensor_msgs/Image';
 const COMPRESSED = 'sensor_msgs/CompressedImage';
@@ -15,21 +13,13 @@ const STILL = 5; // s without a change, after which the panel says so
 const RATE = 15; // compressed images a second
 const FORMATS = {jpeg: 'image/jpeg', jpg: 'image/jpeg', png: 'image/png'};
 
-export default {
-  id: 'image',
-  title: 'Image',
-  help: ['The pictures of cameras and trackers, always the newest one. Press on it to read the colour of a pixel.',
-         'In a terminal: rosrun web_video_server web_video_server.'],
-  mount(element, context) {
-    const panel = new ImagePanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'The pictures of cameras and trackers, always the newest one. Press on it to read the colour of a pixel.',
+  'In a terminal: rosrun web_video_server web_video_server.'];
 
-class ImagePanel {
+export default class ImagePanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._topic = context.parameters.topic || '';
     this._types = new Map();
     this._known = '';

@@ -1,9 +1,12 @@
 // Navigation: map, costmaps, particles, paths; where the robot is, and where it shall go.
 
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {heading} from '../app/frames.js';
+import {bare, planar, scanPoints} from '../app/frames.js';
+import {Panel} from '../app/scope.js';
 import {Transforms} from '../app/transforms.js';
 import {NavigationMap, costColours, mapColours} from './lib/navigation_map.js';
+
+styleSheet('panels/robot.css');
 
 const FRAME = 'map';                  // unless the map names another one
 const BASES = ['base_footprint', 'base_link'];
@@ -17,25 +20,16 @@ const TOOLS = {
 };
 const STATES = ['waits', 'drives', 'cancelled', 'reached', 'given up', 'refused', 'is being cancelled', 'is being recalled', 'recalled', 'lost'];
 
-export default {
-  id: 'map',
-  title: 'Map',
-  help: [
-    'What rviz shows for mapping and navigation: the map, costmaps, the particles of amcl, the laser scan, paths, the robot and its goal.',
-    '2D Pose Estimate tells amcl where the robot is, 2D Nav Goal tells move_base where to drive: press the button, then drag an arrow '
-      + 'on the map.',
-    'Drag the map to move it, use the wheel or the buttons to zoom.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/robot.css');
-    const panel = new MapPanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'What rviz shows for mapping and navigation: the map, costmaps, the particles of amcl, the laser scan, paths, the robot and its goal.',
+  '2D Pose Estimate tells amcl where the robot is, 2D Nav Goal tells move_base where to drive: press the button, then drag an arrow '
+    + 'on the map.',
+  'Drag the map to move it, use the wheel or the buttons to zoom.',
+];
 
-class MapPanel {
+export default class MapPanel extends Panel {
   constructor(element, context) {
-    this._context = context;
+    super(context);
     this._frame = FRAME;
     this._tool = '';
     this._transforms = new Transforms(context.ros);
@@ -46,14 +40,14 @@ class MapPanel {
   }
 
   close() {
+    super.close();
     clearInterval(this._timer);
-    for (const end of this._ends) end();
     this._map.close();
     this._transforms.close();
   }
 
   _subscribe() {
-    const {ros} = this._context;
+    const {ros} = this.context;
     const [map, costs] = [mapColours(), costColours()];
     const line = (name, colour, closed = false) => ({header, poses, polygon}) => {
       const points = polygon ? polygon.points : poses.map(({pose}) => pose.position);
@@ -71,40 +65,34 @@ class MapPanel {
       ['/move_base/TrajectoryPlannerROS/local_plan', 'nav_msgs/Path', line('local plan', '--accent'), 5],
       ['/move_base/DWAPlannerROS/local_plan', 'nav_msgs/Path', line('local plan', '--accent'), 5],
       ['/move_base/local_costmap/footprint', 'geometry_msgs/PolygonStamped', line('footprint', '--text', true), 5],
-      ['/move_base/current_goal', 'geometry_msgs/PoseStamped', ({header, pose}) => this._takeGoal(header, pose), 0],
+      ['/move_base/current_goal', 'geometry_msgs/PoseStamped', (message) => this._takeGoal(message), 0],
       ['/move_base/status', 'actionlib_msgs/GoalStatusArray', ({status_list: list}) => this._takeStatus(list), 2],
     ];
-    this._ends = topics.map(([topic, type, callback, rate]) => ros.subscribe(topic, type, callback, {rate}));
+    for (const [topic, type, callback, rate] of topics) this.scope.add(ros.subscribe(topic, type, callback, {rate}));
   }
 
   // -------------------------------------------------------------------------------------------- messages
 
   _takeGrid(name, message, colours) {
     if (name === 'map') {
-      this._frame = message.header.frame_id.replace(/^\//, '') || FRAME;
+      this._frame = bare(message.header.frame_id) || FRAME;
       this._hint.hidden = true;
     }
-    const {position, orientation} = message.info.origin;
-    this._map.setGrid(name, message, {x: position.x, y: position.y, yaw: heading(orientation)}, colours);
+    this._map.setGrid(name, message, planar(message.info.origin), colours);
   }
 
   _takeParticles({header, poses}) {
-    this._map.cloud = {frame: header.frame_id, poses: poses.map(({position: {x, y}, orientation}) => ({x, y, yaw: heading(orientation)}))};
+    this._map.cloud = {frame: header.frame_id, poses: poses.map(planar)};
     this._map.draw();
   }
 
-  _takeScan({header, angle_min: first, angle_increment: step, range_max: most, ranges}) {
-    const points = [];
-    for (const [index, range] of ranges.entries()) {
-      if (range === null || range > most) continue;  // null: infinite, without an echo
-      points.push({x: range * Math.cos(first + index * step), y: range * Math.sin(first + index * step)});
-    }
-    this._map.rays = {frame: header.frame_id, points};
+  _takeScan(scan) {
+    this._map.rays = {frame: scan.header.frame_id, points: scanPoints(scan)};
     this._map.draw();
   }
 
-  _takeGoal({frame_id: frame}, {position: {x, y}, orientation}) {
-    this._map.goal = {frame, x, y, yaw: heading(orientation)};
+  _takeGoal({header, pose}) {
+    this._map.goal = {frame: header.frame_id, ...planar(pose)};
     this._map.draw();
   }
 
@@ -136,9 +124,6 @@ class MapPanel {
   _build(element) {
     this._buttons = Object.entries(TOOLS).map(([name, [title, text]]) => el('button', {
       type: 'button', title: text, 'aria-pressed': 'false', dataset: {tool: name}, on: {click: () => this._take(this._tool === name ? '' : name)}}, title));
-    const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)], ['⤢', 'Show everything', () => this._map.fit()]];
-    this._map.element.append(el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
     this._where = el('p', {}, 'Nothing says yet where the robot is.');
     this._status = el('p', {role: 'status'}, 'No goal yet.');
     this._told = el('p', {}, '');
@@ -167,7 +152,7 @@ class MapPanel {
   }
 
   _use({x, y, yaw}) {
-    const {ros, toast} = this._context;
+    const {ros, toast} = this.context;
     const header = {stamp: {secs: 0, nsecs: 0}, frame_id: this._frame};
     const pose = {position: {x, y, z: 0}, orientation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}};
     const covariance = Array(36).fill(0);

@@ -1,9 +1,7 @@
 // Why not?: what the marker tracker makes of an image of the camera, or of a photo.
-import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {button, choice, labelled, Notice, Scope} from './lib/parts.js';
+import {commandLine, el, emptyState, fill} from '../app/dom.js';
+import {button, choice, labelled, Notice, Panel} from './lib/parts.js';
 import {clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const LIST = 2; // s between two polls for trackers
 const TIMEOUT = 15000; // ms; the tracker waits for an image for 5 s
@@ -12,23 +10,15 @@ const LARGEST_FILE = 50e6; // bytes that the browser decodes
 const LARGEST = 1e6; // bytes that the server takes
 const SIDES = [1600, 1280, 960]; // px: the longer side of what is sent, the first one that is small enough
 
-export default {
-  id: 'markers',
-  title: 'Markers',
-  help: ['Why is a marker not found? Each dark quadrilateral of the image gets a number and a line: found as which marker, or the first '
-         + 'thing that it lacks. The README of ar_track_alvar says what to do about it.',
-         'A photo is sent to the server of this page and nowhere else; nothing is kept.',
-         'In a terminal: rosservice call /ar_track_alvar/explain.'],
-  mount(element, context) {
-    const panel = new MarkersPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Why is a marker not found? Each dark quadrilateral of the image gets a number and a line: found as which marker, or the first '
+    + 'thing that it lacks. The README of ar_track_alvar says what to do about it.',
+  'A photo is sent to the server of this page and nowhere else; nothing is kept.',
+  'In a terminal: rosservice call /ar_track_alvar/explain.'];
 
-class MarkersPanel {
+export default class MarkersPanel extends Panel {
   constructor(element, context) {
-    this._context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._asked = 0;
     this._tracker = choice('Tracker', []);
     this._ask = button('Explain the camera\'s image', () => this._explain(), {class: 'primary'});
@@ -50,7 +40,7 @@ class MarkersPanel {
   }
 
   async _list() {
-    const images = await this._context.rosapi.topicsOfType('sensor_msgs/Image');
+    const images = await this.context.rosapi.topicsOfType('sensor_msgs/Image');
     if (!this.scope.ended) this._showTrackers(images.filter((name) => name.endsWith(SUFFIX)).map((name) => name.slice(0, -SUFFIX.length)).sort());
   }
 
@@ -82,7 +72,7 @@ class MarkersPanel {
       fill(this._command, command ? commandLine(command) : []);
       this._picture.src = src;
       this._box.hidden = false;
-      this._context.announce(`${lines.length} ${lines.length === 1 ? 'line' : 'lines'}. ${lines[0]}`);
+      this.context.announce(`${lines.length} ${lines.length === 1 ? 'line' : 'lines'}. ${lines[0]}`);
     } catch (error) {
       if (!this.scope.ended && number === this._asked) this._notice.say(error.message, true);
     }
@@ -103,7 +93,7 @@ class MarkersPanel {
   _explain() {
     const tracker = this._tracker.input.value;
     return this._show('The tracker explains its last image …', async () => {
-      const {success, message} = await this._context.ros.call(`${tracker}/explain`, {}, {timeout: TIMEOUT});
+      const {success, message} = await this.context.ros.call(`${tracker}/explain`, {}, {timeout: TIMEOUT});
       if (!success) throw new Error(message);
       const lines = message.split('\n').filter((line) => !line.startsWith('Drawn in '));
       return {lines, src: `snapshot?${new URLSearchParams({topic: tracker + SUFFIX, type: 'png', again: this._asked})}`,

@@ -1,14 +1,12 @@
 // Plots of numeric fields.
 import {CROSS, cssColour, el, emptyState, fill, icon, styleSheet} from '../app/dom.js';
-import {button, choice, labelled, loadScript, Notice, save, Scope, setText, suggestions} from './lib/parts.js';
+import {button, choice, labelled, loadScript, Notice, Panel, save, setText, suggestions} from './lib/parts.js';
 import {expand, numbersAt, split} from './lib/fields.js';
 import {merge, Samples, summary, toCsv} from './lib/samples.js';
 import {messageTypes} from './lib/types.js';
 import {clean, numberText} from './lib/values.js';
 
 const UPLOT = new URL('../vendor/uplot/', import.meta.url);
-styleSheet('panels/panels.css');
-
 const MAX_FIELDS = 6;
 const DRAW = 66; // ms between two drawings
 const RETRY = 1; // s until the next search for a missing topic
@@ -18,21 +16,13 @@ const ZOOM = 1.5;
 const HEIGHT = 320; // px of a chart
 const SMALL = 130; // px of one among several
 
-export default {
-  id: 'plot',
-  title: 'Plot',
-  help: [`Type a field such as /turtle1/pose/x, or several such as /turtle1/pose/x:y. Up to ${MAX_FIELDS} fields, the last 60 s. `
-         + 'Drag over a part to zoom in, press Live to continue.', 'CSV saves what is shown, for a spreadsheet or Python.'],
-  mount(element, context) {
-    const panel = new PlotPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  `Type a field such as /turtle1/pose/x, or several such as /turtle1/pose/x:y. Up to ${MAX_FIELDS} fields, the last 60 s. `
+    + 'Drag over a part to zoom in, press Live to continue.', 'CSV saves what is shown, for a spreadsheet or Python.'];
 
-class PlotPanel {
+export default class PlotPanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._start = performance.now();
     this._now = 0; // s since then
     this._fields = []; // {text, topic, path, colour, state}

@@ -1,31 +1,21 @@
 // Reconfigure: the parameters of dynamic_reconfigure, which nodes read while they run.
-import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {choice, Notice, Scope, setText} from './lib/parts.js';
+import {commandLine, el, emptyState, fill} from '../app/dom.js';
+import {choice, Notice, Panel, setText} from './lib/parts.js';
 import {changeOf, parametersOf, parseFor, valuesOf} from './lib/reconfigure.js';
 import {clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const LIST = 2; // s between two polls
 const TYPE = 'dynamic_reconfigure/ConfigDescription';
 const SUFFIX = '/parameter_descriptions';
 
-export default {
-  id: 'reconfigure',
-  title: 'Reconfigure',
-  help: ['Parameters that can be changed while a node runs, with dynamic_reconfigure: move_base has some. A change is sent '
-         + 'when you leave the field or press Enter; the node answers with its new values.',
-         'In a terminal: rosrun dynamic_reconfigure dynparam list, dynparam get, dynparam set.'],
-  mount(element, context) {
-    const panel = new ReconfigurePanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Parameters that can be changed while a node runs, with dynamic_reconfigure: move_base has some. A change is sent '
+    + 'when you leave the field or press Enter; the node answers with its new values.',
+  'In a terminal: rosrun dynamic_reconfigure dynparam list, dynparam get, dynparam set.'];
 
-class ReconfigurePanel {
+export default class ReconfigurePanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._ends = [];
     this._listed = null;
     this._choice = choice('Node', [], () => this._choose(this._choice.input.value));

@@ -3,12 +3,15 @@
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
-import {Frames, heading} from '../app/frames.js';
+import {Frames, planar, scanPoints} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
+import {Panel} from '../app/scope.js';
 import {SimulationCard} from '../app/simulation.js';
 import {Video} from '../app/video.js';
 
-const POLL_INTERVAL = 2000; // [ms] between two searches for robots
+styleSheet('panels/robot.css');
+
+const POLL_INTERVAL = 2;    // [s] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
 const SEEN = 500;           // [ms] that a marker is shown after it was seen
 const SCANS = 10;           // [Hz]
@@ -19,28 +22,19 @@ const BUTTONS = [
   [null, ['back', '▼', 'Back'], null],
 ];
 
-export default {
-  id: 'robot',
-  title: 'Robotont',
-  help: [
-    'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
-    'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
-      + 'odometry differs from the true pose, it is shown in orange.',
-    'Drag a marker (red) to move it.',
-    'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
-      + 'to where it should look.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/robot.css');
-    const panel = new RobotPanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
+  'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
+    + 'odometry differs from the true pose, it is shown in orange.',
+  'Drag a marker (red) to move it.',
+  'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
+    + 'to where it should look.',
+];
 
-class RobotPanel {
+export default class RobotPanel extends Panel {
   constructor(element, context) {
+    super(context);
     this._element = element;
-    this._context = context;
     this._caller = new Caller(context);
     this._robots = [];      // namespaces, as / or /robot1/
     this._robot = undefined;  // null: none; undefined: not known yet
@@ -52,54 +46,41 @@ class RobotPanel {
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
     this._others = new OtherDrivers(this._driver, context);
-    this._endKeys = context.keys ? driveByHand(this._driver, {sideways: true}) : () => {};
+    if (context.keys) this.scope.add(driveByHand(this._driver, {sideways: true}));
     this._build();
-    this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
-    this._endState = context.ros.onState((state) => {
+    this.scope.add(context.ros.onState((state) => {
       if (!state.master || !state.server) this._setRobots([], []);
-      this._poll();
       this._showImage();
-    });
-    this._onHidden = () => this._showImage();
-    document.addEventListener('visibilitychange', this._onHidden);
+    }));
+    this._search = this.scope.every(POLL_INTERVAL, () => this._poll(), console.warn);
+    this.scope.listen(document, 'visibilitychange', () => this._showImage());
   }
 
   close() {
-    clearInterval(this._timer);
+    super.close();
     clearInterval(this._forget);
-    this._endKeys();
-    this._endState();
     this._unfollow();
     this._driver.close();
     this._map.close();
     this._frames.close();
-    document.removeEventListener('visibilitychange', this._onHidden);
     this._video.stop();
   }
 
   // -------------------------------------------------------------------------------------------- which robot
 
   async _poll() {
-    const {ros, rosapi} = this._context;
-    if (!ros.connected || this._polling) return;
-    this._polling = true;
-    try {
-      const topics = await rosapi.topics();
-      const odometry = topics.filter(({name, type}) => type === 'nav_msgs/Odometry' && name.endsWith('/odom')).map(({name}) => name);
-      const publishers = await Promise.all(odometry.map((topic) => rosapi.publishers(topic)));
-      const robots = odometry.filter((_, index) => publishers[index].length).map((topic) => topic.slice(0, -'odom'.length));
-      this._setRobots(robots, topics);
-      const images = topics.filter(({type}) => type === 'sensor_msgs/Image').map(({name}) => name);
-      const shown = await Promise.all(images.map((topic) => rosapi.publishers(topic)));
-      const published = images.filter((_, index) => shown[index].length);
-      const own = published.filter((topic) => topic.startsWith(this._robot));
-      this._setImages(own.length ? own : published);
-      await this._others.check();
-    } catch (error) {
-      console.warn(error);
-    } finally {
-      this._polling = false;
-    }
+    const {rosapi} = this.context;
+    const topics = await rosapi.topics();
+    const odometry = topics.filter(({name, type}) => type === 'nav_msgs/Odometry' && name.endsWith('/odom')).map(({name}) => name);
+    const publishers = await Promise.all(odometry.map((topic) => rosapi.publishers(topic)));
+    const robots = odometry.filter((_, index) => publishers[index].length).map((topic) => topic.slice(0, -'odom'.length));
+    this._setRobots(robots, topics);
+    const images = topics.filter(({type}) => type === 'sensor_msgs/Image').map(({name}) => name);
+    const shown = await Promise.all(images.map((topic) => rosapi.publishers(topic)));
+    const published = images.filter((_, index) => shown[index].length);
+    const own = published.filter((topic) => topic.startsWith(this._robot));
+    this._setImages(own.length ? own : published);
+    await this._others.check();
   }
 
   _setRobots(robots, topics) {
@@ -108,7 +89,7 @@ class RobotPanel {
       fill(this._choice, robots.map((name) => el('option', {value: name}, name)));
       this._choice.hidden = robots.length < 2;
     }
-    const wanted = this._context.parameters.robot;
+    const wanted = this.context.parameters.robot;
     const robot = robots.includes(wanted) ? wanted : robots.includes(this._robot) ? this._robot : robots[0] ?? null;
     this._choice.value = robot ?? '';
     const has = (name) => topics.some((topic) => topic.name === `${robot}${name}`);
@@ -133,7 +114,7 @@ class RobotPanel {
       this._showNothing();
       return;
     }
-    const {ros} = this._context;
+    const {ros} = this.context;
     const subscribe = (name, type, callback, options) => this._ends.push(ros.subscribe(`${robot}${name}`, type, callback, options));
     subscribe('odom', 'nav_msgs/Odometry', (message) => this._takeOdometry(message), {rate: 30});
     if (simulated) {
@@ -158,27 +139,17 @@ class RobotPanel {
   // -------------------------------------------------------------------------------------------- messages
 
   _takePose({pose: {pose}}) {
-    this._map.setRobot({x: pose.position.x, y: pose.position.y, yaw: heading(pose.orientation)});
+    this._map.setRobot(planar(pose));
     this._showNumbers();
   }
 
   _takeOdometry(message) {
-    if (!this._simulated) {
-      this._takePose(message);
-    } else {
-      const {pose} = message.pose;
-      this._map.setOdometry({x: pose.position.x, y: pose.position.y, yaw: heading(pose.orientation)});
-    }
+    if (this._simulated) this._map.setOdometry(planar(message.pose.pose));
+    else this._takePose(message);
   }
 
-  _takeScan({header, angle_min: first, angle_increment: step, range_max: most, ranges}) {
-    const points = [];
-    for (const [index, range] of ranges.entries()) {
-      if (range === null || range > most) continue;  // null: infinite, without an echo
-      const angle = first + index * step;
-      points.push(this._frames.toRobot(header.frame_id, {x: range * Math.cos(angle), y: range * Math.sin(angle), z: 0}));
-    }
-    this._map.scan = points;
+  _takeScan(scan) {
+    this._map.scan = scanPoints(scan).map((point) => this._frames.toRobot(scan.header.frame_id, point));
     this._map.draw();
   }
 
@@ -211,8 +182,8 @@ class RobotPanel {
 
   _build() {
     this._choice = el('select', {'aria-label': 'Robot', hidden: true, on: {change: () => {
-      this._context.setParameters({robot: this._choice.value});
-      this._poll();
+      this.context.setParameters({robot: this._choice.value});
+      this._search();
     }}});
     this._placeButton = el('button', {type: 'button', 'aria-pressed': 'false', on: {click: () => this._setPlacing(!this._map.placing)}}, 'Place the robot');
     const forget = el('button', {type: 'button', on: {click: () => {
@@ -220,11 +191,8 @@ class RobotPanel {
       this._map.odometryPath = [];
       this._map.draw();
     }}}, 'Clear the path');
-    const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)],
-      ['⤢', 'Show everything', () => this._map.fit()]];
     const cards = [this._cameraCard(), this._driveCard(), this._simulationCard()];
-    this._map.element.append(this._simulation.badge, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
+    this._map.element.append(this._simulation.badge);
     this._view = el('div', {class: 'robot'},
       el('div', {class: 'view'}, el('div', {class: 'row'}, this._choice, this._placeButton, forget), this._map.element, this._caller.element),
       el('div', {class: 'stack'}, cards));
@@ -240,7 +208,7 @@ class RobotPanel {
       el('div', {class: 'controls'},
         joystick(this._driver, 'move', (x, y) => ({x: y, y: -x}), 'move'),
         joystick(this._driver, 'turn', (x) => ({turn: -x}), 'turn'),
-        driveButtons(this._driver, BUTTONS, this._context.announce)),
+        driveButtons(this._driver, BUTTONS, this.context.announce)),
       limitSlider(this._driver, 'linear', 'Speed', 'm/s', 1.5, 0.1),
       limitSlider(this._driver, 'angular', 'Turn', 'rad/s', 4, 0.1));
   }
@@ -248,9 +216,9 @@ class RobotPanel {
   _cameraCard() {
     this._image = el('img', {alt: 'The image of the camera'});
     this._video = new Video(this._image);
-    this._image.addEventListener('error', () => setTimeout(() => this._showImage(true), POLL_INTERVAL));
+    this._image.addEventListener('error', () => setTimeout(() => this._showImage(true), 1000 * POLL_INTERVAL));
     this._imageChoice = el('select', {'aria-label': 'Image', on: {change: () => {
-      this._context.setParameters({image: this._imageChoice.value});
+      this.context.setParameters({image: this._imageChoice.value});
       this._showImage();
     }}});
     this._camera = el('details', {class: 'card camera', open: true, hidden: true, on: {toggle: () => this._showImage()}},
@@ -259,7 +227,7 @@ class RobotPanel {
   }
 
   _simulationCard() {
-    this._simulation = new SimulationCard(this._context.ros,
+    this._simulation = new SimulationCard(this.context.ros,
       (name, args) => this._caller.call(`${this._robot}robotont_gazebo/${name}`, args));
     return this._simulation.element;
   }
@@ -269,7 +237,7 @@ class RobotPanel {
       ...topics.filter((name) => !name.includes('/color/') && !name.endsWith('/debug_image') && !name.includes('turtlesim'))];
     if (String(sorted) === this._images) return;
     this._images = String(sorted);
-    const before = this._context.parameters.image || this._imageChoice.value;
+    const before = this.context.parameters.image || this._imageChoice.value;
     fill(this._imageChoice, sorted.map((name) => el('option', {value: name}, name.endsWith('/debug_image') ? `${name} (what the tracker finds)` : name)));
     this._imageChoice.value = sorted.includes(before) ? before : sorted[0] ?? '';
     this._camera.hidden = !sorted.length;
@@ -278,7 +246,7 @@ class RobotPanel {
 
   // Show the chosen image while somebody can see it; a hidden stream would occupy a connection of the browser.
   _showImage(again = false) {
-    const topic = this._camera.open && !document.hidden && this._context.ros.connected ? this._imageChoice.value : '';
+    const topic = this._camera.open && !document.hidden && this.context.ros.connected ? this._imageChoice.value : '';
     if (!topic) {
       this._video.stop();
       this._streamed = '';

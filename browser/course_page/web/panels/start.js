@@ -1,28 +1,18 @@
 // Start: the simulators and other programs of the course, started and stopped without a terminal.
-import {commandLine, el, fill, styleSheet} from '../app/dom.js';
-import {button, Notice, Scope, setText} from './lib/parts.js';
-
-styleSheet('panels/panels.css');
+import {commandLine, el, fill} from '../app/dom.js';
+import {button, Notice, Panel, setText} from './lib/parts.js';
 
 const POLL_INTERVAL = 1000; // [ms]
 const STATES = {stopped: '', running: 'runs', stopping: 'stops', failed: 'has ended with an error'};
 
-export default {
-  id: 'start',
-  title: 'Start',
-  help: ['Starts simulators, the marker tracker and rosbag on the machine of this page\'s server, and stops them, as Ctrl-C does.',
-         'Each line can also be typed in a terminal. What is started here ends with the server of the page. Two simulators '
-         + 'of the Robotont cannot run at once: the second one takes the place of the first.'],
-  mount(element, context) {
-    const panel = new StartPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Starts simulators, the marker tracker and rosbag on the machine of this page\'s server, and stops them, as Ctrl-C does.',
+  'Each line can also be typed in a terminal. What is started here ends with the server of the page. Two simulators '
+    + 'of the Robotont cannot run at once: the second one takes the place of the first.'];
 
-class StartPanel {
+export default class StartPanel extends Panel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
+    super(context);
     this._rows = new Map();
     this._notice = new Notice();
     this._list = el('ul', {class: 'rows programs'});

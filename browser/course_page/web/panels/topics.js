@@ -1,15 +1,13 @@
 // Topics: types, rates, bandwidths, live values; publishing by a form.
-import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {el, fill} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
-import {button, labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
+import {labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
 import {Monitor} from './lib/monitor.js';
-import {NamespaceList} from './lib/namespaces.js';
 import {showPublisher} from './lib/publisher.js';
+import {Row, RowsPanel} from './lib/rows.js';
 import {Tree} from './lib/tree.js';
 import {messageTypes} from './lib/types.js';
 import {bytesText, clean} from './lib/values.js';
-
-styleSheet('panels/panels.css');
 
 const LIST = 2; // s between two polls for topics
 const NODES = 3; // s between two polls for publishers and subscribers
@@ -17,91 +15,49 @@ const SHOW = 0.25; // s between two updates of what is open
 const PICTURES = new Set(['sensor_msgs/Image', 'sensor_msgs/CompressedImage']);
 const MOST_OPEN = 30;
 
-export default {
-  id: 'topics',
-  title: 'Topics',
-  help: ['Every topic with its type. Open one to see its values, rate and bandwidth, and to publish on it.',
-         'Only open topics are subscribed to. In a terminal: rostopic list, rostopic echo, rostopic hz.'],
-  mount(element, context) {
-    const panel = new TopicsPanel(element, context);
-    return () => panel.scope.end();
-  },
-};
+export const help = [
+  'Every topic with its type. Open one to see its values, rate and bandwidth, and to publish on it.',
+  'Only open topics are subscribed to. In a terminal: rostopic list, rostopic echo, rostopic hz.'];
 
-class TopicsPanel {
+export default class TopicsPanel extends RowsPanel {
   constructor(element, context) {
-    this.context = context;
-    this.scope = new Scope(context.ros);
-    this._rows = new Map();
-    this._types = new Map();
+    super(context, 'topics', 'name or type', ['No topics yet', 'Topics appear as soon as a node publishes or subscribes.',
+                                              'rosrun turtlesim turtlesim_node']);
     this._wanted = new Set((context.parameters.open || '').split(',').filter(Boolean));
-    this._filter = labelled('Filter', {type: 'search', value: context.parameters.filter || '',
-                                       placeholder: 'a part of a name or type', on: {input: () => this._arrange()}});
-    this._count = el('p', {class: 'muted small', role: 'status'});
-    this._notice = new Notice();
-    this._list = new NamespaceList('topics');
-    this._empty = el('div', {});
-    fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._count), this._notice.element,
-         this._empty, this._list.element, this._newTopic());
-    this.scope.every(LIST, () => this._load(), (error) => this._notice.say(error.message, true));
+    this.build(element, {after: this._newTopic()});
+    this.scope.every(LIST, () => this._load(), (error) => this.notice.say(error.message, true));
     this.scope.every(SHOW, () => {
-      for (const row of this._rows.values()) row.show();
+      for (const row of this.rows.values()) row.show();
     });
-    this.scope.add(() => this._rows.forEach((row) => row.close()));
+    this.scope.add(() => this.rows.forEach((row) => row.close()));
   }
 
   async _load() {
     const topics = await this.context.rosapi.topics();
     if (this.scope.ended) return;
-    this._notice.say('');
+    this.notice.say('');
     const found = new Map(topics.map(({name, type}) => [name, type]));
-    for (const [name, row] of this._rows) {
+    for (const [name, row] of this.rows) {
       if (found.get(name) !== row.type) {
         if (row.isOpen) this._wanted.add(name); // it is opened again when it comes back
         row.close();
-        row.element.remove();
-        this._rows.delete(name);
+        this.remove(row);
       }
     }
     for (const [name, type] of found) {
-      if (!this._rows.has(name)) this._rows.set(name, new TopicRow(this, name, type));
+      if (!this.rows.has(name)) this.rows.set(name, new TopicRow(this, name, type));
     }
-    this._arrange();
-    for (const name of [...this._wanted]) {
-      if (!this._rows.has(name) || !this._wanted.delete(name)) continue;
-      this._list.reveal(name);
-      this._rows.get(name).open();
-    }
+    this.arrange();
+    for (const name of [...this._wanted]) if (this.rows.has(name) && this._wanted.delete(name)) this.reveal(name);
     this._knownTypes([...new Set(found.values())].filter(Boolean).sort());
   }
 
-  _arrange() {
-    const words = this._filter.input.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const names = [...this._rows.keys()].sort();
-    let shown = 0;
-    for (const name of names) {
-      const row = this._rows.get(name);
-      const hit = words.every((word) => `${name} ${row.type}`.toLowerCase().includes(word));
-      row.element.hidden = !hit;
-      shown += hit;
-    }
-    this._list.arrange(this._rows.values(), words.length > 0);
-    setText(this._count, words.length ? `${shown} of ${names.length} topics` : `${names.length} topics`);
-    if (!names.length) {
-      fill(this._empty, emptyState('No topics yet', 'Topics appear as soon as a node publishes or subscribes.',
-                                   'rosrun turtlesim turtlesim_node'));
-    } else {
-      fill(this._empty, shown ? [] : el('p', {class: 'muted'}, 'No name or type contains this. Clear the filter to see all.'));
-    }
-  }
-
   keepOpen() {
-    const open = [...this._rows.values()].filter((row) => row.isOpen).map((row) => row.name);
-    this.context.setParameters({open: open.join(',')});
+    this.context.setParameters({open: this.opened.map((row) => row.name).join(',')});
   }
 
-  openCount() {
-    return [...this._rows.values()].filter((row) => row.isOpen).length;
+  get opened() {
+    return [...this.rows.values()].filter((row) => row.isOpen);
   }
 
   _newTopic() {
@@ -142,21 +98,15 @@ class TopicsPanel {
   }
 }
 
-class TopicRow {
+class TopicRow extends Row {
   constructor(panel, name, type) {
-    this.name = name;
+    const [rate, bandwidth] = ['rate', 'bandwidth'].map((kind) => el('span', {class: `number ${kind}`}));
+    super(panel, name, el('bdi', {class: 'muted small'}, type ? clean(type, 100) : 'type unknown'), rate, bandwidth);
     this.type = type;
-    this._panel = panel;
+    this.searched = `${name} ${type}`;
     this._scope = null;
-    this._rate = el('span', {class: 'number rate'});
-    this._bandwidth = el('span', {class: 'number bandwidth'});
-    this._body = el('div', {class: 'row-body stack', hidden: true});
-    this._button = el('button', {type: 'button', class: 'row-head', 'aria-expanded': 'false',
-                                 on: {click: () => (this.isOpen ? this.close(true) : this.open(true))}},
-                      el('bdi', {class: 'row-name'}, clean(name, 300)),
-                      el('bdi', {class: 'muted small'}, type ? clean(type, 100) : 'type unknown'), this._rate,
-                      this._bandwidth);
-    this.element = el('li', {}, this._button, this._body);
+    this._rate = rate;
+    this._bandwidth = bandwidth;
   }
 
   get isOpen() {
@@ -165,26 +115,25 @@ class TopicRow {
 
   async open(byHand = false) {
     if (this.isOpen) return;
-    if (this._panel.openCount() >= MOST_OPEN) {
-      this._panel.context.toast(`${MOST_OPEN} topics are open already. Close one first.`, 'warning');
+    if (this.panel.opened.length >= MOST_OPEN) {
+      this.panel.context.toast(`${MOST_OPEN} topics are open already. Close one first.`, 'warning');
       return;
     }
-    const scope = this._scope = new Scope(this._panel.context.ros);
-    this._button.setAttribute('aria-expanded', 'true');
-    this._body.hidden = false;
-    fill(this._body, el('p', {class: 'muted'}, 'Asking for the type …'));
-    if (byHand) this._panel.keepOpen();
+    const scope = this._scope = new Scope(this.panel.context.ros);
+    this.expand(true);
+    fill(this.body, el('p', {class: 'muted'}, 'Asking for the type …'));
+    if (byHand) this.panel.keepOpen();
     try {
       if (!this.type) throw new Error('The type of this topic is not known yet. It appears with the first publisher.');
-      const types = await messageTypes(this._panel.context.ros, this.type);
+      const types = await messageTypes(this.panel.context.ros, this.type);
       if (!scope.ended) this._showBody(scope, types);
     } catch (error) {
-      if (!scope.ended) fill(this._body, el('p', {class: 'notice bad'}, error.message));
+      if (!scope.ended) fill(this.body, el('p', {class: 'notice bad'}, error.message));
     }
   }
 
   _showBody(scope, types) {
-    const {context} = this._panel;
+    const {context} = this.panel;
     this._monitor = new Monitor(context.ros, this.name, this.type, types);
     scope.add(() => this._monitor.end());
     this._tree = new Tree(types, this.name);
@@ -199,7 +148,7 @@ class TopicRow {
     const place = el('div', {class: 'stack'});
     publish.append(place);
     const numbers = types.numericPaths();
-    fill(this._body, this._waiting, this._tree.element, people, el('div', {class: 'row'},
+    fill(this.body, this._waiting, this._tree.element, people, el('div', {class: 'row'},
       numbers.length ? el('a', {class: 'button-link', href: addressOf('plot', {
         fields: numbers.slice(0, 6).map((path) => `${this.name}/${path}`).join(',')})}, 'Plot its numbers') : null,
       PICTURES.has(this.type)
@@ -230,12 +179,11 @@ class TopicRow {
     if (!this.isOpen) return;
     this._scope.end();
     this._scope = this._monitor = null;
-    this._button.setAttribute('aria-expanded', 'false');
-    this._body.hidden = true;
-    fill(this._body);
+    this.expand(false);
+    fill(this.body);
     setText(this._rate, '');
     setText(this._bandwidth, '');
-    if (byHand) this._panel.keepOpen();
+    if (byHand) this.panel.keepOpen();
   }
 }
 

@@ -1,12 +1,13 @@
 // turtlesim: its canvas with the turtles, and everything that its services do.
 
 import {Caller} from '../app/calls.js';
-import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {el, emptyState, fill} from '../app/dom.js';
 import {Drawing} from '../app/drawing.js';
 import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
+import {Panel} from '../app/scope.js';
 import {SimulationCard, wide} from '../app/simulation.js';
 
-const POLL_INTERVAL = 2000;  // [ms] between two searches for simulators
+const POLL_INTERVAL = 2;  // [s] between two searches for simulators
 const SHOW = 100;         // [ms] between two changes of the numbers
 const PENS = ['#b3b8ff', '#ffffff', '#000000', '#ff5252', '#ffd740', '#69f0ae'];
 const BUTTONS = [
@@ -15,25 +16,16 @@ const BUTTONS = [
   [null, ['back', '▼', 'Back'], null],
 ];
 
-export default {
-  id: 'turtle',
-  title: 'Turtle',
-  help: [
-    'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
-    'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
-    'Below the canvas is the command that does the same in a terminal.',
-  ],
-  mount(element, context) {
-    styleSheet('panels/turtle.css');
-    const panel = new TurtlePanel(element, context);
-    return () => panel.close();
-  },
-};
+export const help = [
+  'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
+  'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
+  'Below the canvas is the command that does the same in a terminal.',
+];
 
-class TurtlePanel {
+export default class TurtlePanel extends Panel {
   constructor(element, context) {
+    super(context);
     this._element = element;
-    this._context = context;
     this._caller = new Caller(context);
     this._node = '';
     this._nodes = [];
@@ -44,20 +36,17 @@ class TurtlePanel {
     this._driver = new Driver(context.ros, () => (this._find() ? this._topic('cmd_vel') : ''),
       {linear: 2, angular: 2}, (held) => this._driving(held));
     this._others = new OtherDrivers(this._driver, context);
-    this._endKeys = context.keys ? driveByHand(this._driver) : () => {};
+    if (context.keys) this.scope.add(driveByHand(this._driver));
     this._build();
-    this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
     this._follow(context.parameters.node || '/turtlesim');  // usually it runs, and is shown at once
-    this._endState = context.ros.onState((state) => {
+    this.scope.add(context.ros.onState((state) => {
       if (!state.master || !state.server) this._setNodes([]);
-      this._poll();
-    });
+    }));
+    this.scope.every(POLL_INTERVAL, () => this._poll(), console.warn);
   }
 
   close() {
-    clearInterval(this._timer);
-    this._endKeys();
-    this._endState();
+    super.close();
     this._driver.close();
     this._drawing.close();
     this._simulation.follow('');
@@ -66,20 +55,11 @@ class TurtlePanel {
   // -------------------------------------------------------------------------------------------- which simulator
 
   async _poll() {
-    const {ros, rosapi} = this._context;
-    if (!ros.connected || this._polling) return;
-    this._polling = true;
-    try {
-      const topics = await rosapi.topicsOfType('turtlesim/Drawing');
-      const publishers = await Promise.all(topics.map((topic) => rosapi.publishers(topic)));
-      const nodes = topics.filter((_, index) => publishers[index].length).map((topic) => topic.replace(/\/drawing$/, ''));
-      this._setNodes(nodes);
-      await this._others.check();
-    } catch (error) {
-      console.warn(error);
-    } finally {
-      this._polling = false;
-    }
+    const {rosapi} = this.context;
+    const topics = await rosapi.topicsOfType('turtlesim/Drawing');
+    const publishers = await Promise.all(topics.map((topic) => rosapi.publishers(topic)));
+    this._setNodes(topics.filter((_, index) => publishers[index].length).map((topic) => topic.replace(/\/drawing$/, '')));
+    await this._others.check();
   }
 
   _setNodes(nodes) {
@@ -88,7 +68,7 @@ class TurtlePanel {
       fill(this._choice, nodes.map((node) => el('option', {value: node}, node)));
       this._choice.hidden = nodes.length < 2;
     }
-    const wanted = this._context.parameters.node;
+    const wanted = this.context.parameters.node;
     const node = nodes.includes(wanted) ? wanted : nodes.includes(this._node) ? this._node : nodes[0] || '';
     this._choice.value = node;
     if (node !== this._node) this._follow(node);
@@ -129,7 +109,7 @@ class TurtlePanel {
 
   _build() {
     this._choice = el('select', {'aria-label': 'Simulator', hidden: true, on: {change: () => {
-      this._context.setParameters({node: this._choice.value});
+      this.context.setParameters({node: this._choice.value});
       this._setNodes(this._nodes);
     }}});
     this._drawing.element.classList.add('select');
@@ -160,18 +140,18 @@ class TurtlePanel {
       el('div', {class: 'toolbar'}, el('h2', {}, 'Drive'), this._turtles),
       el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
       this._others.element,
-      el('div', {class: 'controls'}, driveButtons(this._driver, BUTTONS, this._context.announce),
+      el('div', {class: 'controls'}, driveButtons(this._driver, BUTTONS, this.context.announce),
         joystick(this._driver, 'drive', (x, y) => ({x: y, turn: -x}), 'drive')),
       limitSlider(this._driver, 'linear', 'Speed', 'm/s', 5, 0.1),
       limitSlider(this._driver, 'angular', 'Turn', 'rad/s', 6, 0.1));
   }
 
   _simulationCard() {
-    this._simulation = new SimulationCard(this._context.ros, (name, args) => this._call(name, args, true),
+    this._simulation = new SimulationCard(this.context.ros, (name, args) => this._call(name, args, true),
       this._button('Clear', () => this._call('clear')), this._button('Reset', () => this._call('reset')),
       this._button('Save a picture', async () => {
         const answer = await this._call('snapshot', {}, true);
-        if (answer) this._context.toast(answer.success ? `Saved as ${answer.message}` : answer.message, answer.success ? 'info' : 'error');
+        if (answer) this.context.toast(answer.success ? `Saved as ${answer.message}` : answer.message, answer.success ? 'info' : 'error');
       }));
     this._drawing.element.append(this._simulation.badge);
     return this._simulation.element;
@@ -236,7 +216,7 @@ class TurtlePanel {
   _choose(name) {
     this._driver.stop();
     this._turtle = name;
-    this._context.setParameters({turtle: name === 'turtle1' ? '' : name});
+    this.context.setParameters({turtle: name === 'turtle1' ? '' : name});
     this._shown = 0;
     this._drawing.draw();
   }

@@ -16,7 +16,6 @@ PARAMETERS = Table(Text('~topics_glob', '[*]'), Text('~services_glob', '[*]'), T
 
 
 def main():
-    """Serve until shutdown."""
     nodes.init_node('rosapi_node', PARAMETERS)
     answers = Answers(srv, TypeDef, *PARAMETERS.read())
     for name, service in answers.services.items():

@@ -98,7 +98,6 @@ def page_origin(origin: Optional[str], referer: Optional[str], site: Optional[st
 
 
 def is_address(name: str) -> bool:
-    """Return whether a text is an IP address."""
     try:
         ipaddress.ip_address(name)
     except ValueError:

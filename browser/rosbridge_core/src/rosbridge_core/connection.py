@@ -82,8 +82,6 @@ class WebSocket(Guarded, WebSocketHandler):
 
     async def get(self, *arguments: Any, **keywords: Any) -> None:
         """Accept a client, or say why not; return when it has gone."""
-        if self._finished:
-            return
         self._stream: Optional[tornado.iostream.IOStream] = None
         self._loop = asyncio.get_event_loop()
         self._heard, self._unyielded = self._loop.time(), 0
@@ -102,7 +100,6 @@ class WebSocket(Guarded, WebSocketHandler):
         return True
 
     def get_compression_options(self) -> Optional[Dict[str, Any]]:
-        """Compress if the application does."""
         return {} if self.settings['use_compression'] else None
 
     def get_websocket_protocol(self) -> Optional[WebSocketProtocol]:
@@ -114,14 +111,12 @@ class WebSocket(Guarded, WebSocketHandler):
         return self._protocol
 
     def detach(self) -> tornado.iostream.IOStream:
-        """Take the stream from HTTP."""
         self._stream = stream = super().detach()
         stream.max_buffer_size = max(stream.max_buffer_size, 2 * self.max_message_size)
         stream.set_nodelay(True)
         return stream
 
     def open(self, *_: Any, **__: Any) -> None:
-        """Begin."""
         assert self._stream is not None
         if self.settings['ping_interval']:
             self._pings = asyncio.ensure_future(self._ping(self._stream))
@@ -147,7 +142,6 @@ class WebSocket(Guarded, WebSocketHandler):
         self.drain()
 
     def on_pong(self, data: bytes) -> None:
-        """Note that the client answers."""
         self._heard = self._loop.time()
 
     async def _ping(self, stream: tornado.iostream.IOStream) -> None:

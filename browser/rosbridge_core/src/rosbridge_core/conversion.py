@@ -57,7 +57,6 @@ def kind_of(text: str) -> Kind:
 
 
 def is_message(element: str) -> bool:
-    """Return whether elements of this type are messages themselves."""
     return element not in RANGES and element not in FLOATS and element not in TIMES and element != 'string'
 
 

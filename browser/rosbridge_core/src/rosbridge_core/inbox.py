@@ -60,7 +60,6 @@ class Inbox:
         self._messages -= one.name == 'publish'
 
     def take(self) -> Optional[Tuple[str, Operation]]:
-        """Return the next operation, or None."""
         velocity = self.take_velocity()
         if velocity is not None or not self._others:
             return velocity
@@ -69,7 +68,6 @@ class Inbox:
         return one.name, one.operation
 
     def take_velocity(self) -> Optional[Tuple[str, Operation]]:
-        """Return the next velocity, or None."""
         if self._velocities:
             zero = (topic for topic, operation in self._velocities.items() if is_zero(operation.get('msg', {})))
             topic = next(zero, None) or next(iter(self._velocities))
@@ -81,7 +79,6 @@ class Inbox:
 
     @property
     def full(self) -> bool:
-        """Whether the client must wait."""
         return len(self._others) - self._messages >= MAX_OPERATIONS or self._size > 2 * MAX_BYTES
 
 

@@ -82,7 +82,6 @@ class Outbox:
         lane.period, lane.length = period, length
 
     def forget(self, topic: str) -> None:
-        """Drop the waiting messages of a topic."""
         self._lanes.pop(topic, None)
 
     def put(self, topic: str, item: Any, size: int, now: float, kept: bool = False) -> None:
@@ -92,7 +91,6 @@ class Outbox:
             lane.put(_Waiting(now, item, size, kept))
 
     def take(self, now: float) -> Any:
-        """Return the next data to send now, or None."""
         if self._answers:
             item, size = self._answers.popleft()
             self._answers_size -= size

@@ -5,7 +5,7 @@ the Bridge. A session does one operation after the other; velocities overtake wa
 """
 import asyncio
 import time
-from typing import Any, Awaitable, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Awaitable, Callable, Dict, List, NamedTuple, Optional, Protocol, Set, Tuple
 
 from rosbridge_core.access import Rate
 from rosbridge_core.deadman import Deadman
@@ -34,56 +34,44 @@ class Settings(NamedTuple):
     services: Tuple[str, ...] = ()
 
 
-class Bridge:
+class Bridge(Protocol):
     """The access of sessions to ROS. Coroutines and ``publish`` raise Refused."""
 
     def is_velocity(self, topic: str) -> bool:
         """Return whether a topic is advertised here and carries velocities."""
-        raise NotImplementedError
 
     def publish(self, session: 'Session', topic: str, values: Any) -> Optional[Awaitable[None]]:
         """Publish a message; return None, or a coroutine that first asks the master for the type and then publishes."""
-        raise NotImplementedError
 
     def stop(self, topic: str) -> None:
         """Publish a zero velocity."""
-        raise NotImplementedError
 
     async def advertise(self, session: 'Session', topic: str, kind: str, latch: bool, queue_size: int) -> None:
         """Let a client publish."""
-        raise NotImplementedError
 
     async def unadvertise(self, session: 'Session', topic: str) -> None:
         """End a client's publishing on a topic."""
-        raise NotImplementedError
 
     async def subscribe(self, session: 'Session', topic: str, kind: Optional[str]) -> None:
         """Pass the messages of a topic to ``session.deliver``."""
-        raise NotImplementedError
 
     async def unsubscribe(self, session: 'Session', topic: str) -> None:
         """End the subscription."""
-        raise NotImplementedError
 
     async def call(self, service: str, arguments: Any, kind: Optional[str]) -> Dict[str, Any]:
         """Return the answer of a service."""
-        raise NotImplementedError
 
     async def advertise_service(self, session: 'Session', service: str, kind: str) -> None:
         """Pass the requests of a service to ``session.ask``."""
-        raise NotImplementedError
 
     async def unadvertise_service(self, session: 'Session', service: str) -> None:
         """End the service."""
-        raise NotImplementedError
 
     def respond(self, session: 'Session', service: str, request: Any, values: Any, result: bool) -> None:
         """Answer a request."""
-        raise NotImplementedError
 
     async def leave(self, session: 'Session') -> None:
         """Forget a client."""
-        raise NotImplementedError
 
 
 class Subscription(NamedTuple):
@@ -331,7 +319,7 @@ class Session:
                       'address: ws://robot:9090/?token=...')
 
     def _deadman(self, operation: Operation) -> None:
-        self.deadman.watch(operation['timeout'])
+        self.deadman.timeout = operation['timeout']
 
     # ------------------------------------------------------------------------------------------------ to the client
 
@@ -437,7 +425,6 @@ class Session:
             self._bridge.stop(topic)
 
     def end(self, code: int, reason: str) -> None:
-        """Close the connection."""
         if not self._ended:
             self._warn(f'A client is disconnected: {reason}.')
             self._close(code, reason)

@@ -28,12 +28,13 @@ BACKLOG = 512  # connections that wait to be accepted
 class Guarded(tornado.web.RequestHandler):
     """Refuses clients that may not connect, with 403 and the reason; the token is in the address or in a cookie.
 
+    ``prepare`` then ends the request, and tornado calls no other method.
+
     The application's settings have ``access``, an Access, and ``refused``, which is called with the reason; with
     ``shown_by_files`` a page that is opened as a file may show images.
     """
 
     def prepare(self) -> None:
-        """Check the request."""
         token = self.get_query_argument('token', None)
         known = token if token is not None else self.get_cookie(COOKIE)
         access: Access = self.settings['access']
@@ -50,7 +51,6 @@ class Guarded(tornado.web.RequestHandler):
             self.set_cookie(COOKIE, token, httponly=True, samesite='Strict')
 
     def refuse(self, code: int, reason: str) -> None:
-        """End the request with a code and a text."""
         self.clear()
         self.set_status(code)
         self.set_header('Content-Type', 'text/plain; charset=utf-8')
@@ -80,13 +80,10 @@ class Missing(Guarded):
     """Answers with 404 and a text that says which addresses exist."""
 
     def initialize(self, text: str) -> None:
-        """``text``: the answer."""
         self._text = text
 
     def get(self, *_: Any) -> None:
-        """Answer."""
-        if not self._finished:
-            self.refuse(404, self._text)
+        self.refuse(404, self._text)
 
 
 def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, warn: Callable[[str], None],
@@ -135,34 +132,28 @@ class Server:
                  tls: Optional[Tuple[str, str]] = None) -> None:
         """``make`` is called in the thread; ``tls``: files of certificate and key."""
         self._make, self._sockets, self._tls = make, sockets, tls
-        self._loop = asyncio.new_event_loop()
+        self.loop = asyncio.new_event_loop()
         self._ended = threading.Event()
         self.port: int = sockets[0].getsockname()[1]
-
-    @property
-    def loop(self) -> asyncio.AbstractEventLoop:
-        """The loop."""
-        return self._loop
 
     def start(self) -> None:
         """Serve until ``stop``."""
         threading.Thread(target=self._run, name='http', daemon=True).start()
 
     def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
+        asyncio.set_event_loop(self.loop)
         options = None if self._tls is None else {'certfile': self._tls[0], 'keyfile': self._tls[1]}
         server = tornado.httpserver.HTTPServer(
             self._make(), ssl_options=options, idle_connection_timeout=IDLE, body_timeout=IDLE,
             max_body_size=LARGEST_REQUEST, max_header_size=65536, no_keep_alive=False)
         server.add_sockets(self._sockets)
-        self._loop.run_forever()
+        self.loop.run_forever()
         server.stop()
         self._ended.set()
 
     def stop(self, timeout: float = 2.0) -> None:
-        """End the loop."""
         with contextlib.suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._loop.stop)
+            self.loop.call_soon_threadsafe(self.loop.stop)
         self._ended.wait(timeout)
 
 

@@ -39,7 +39,7 @@ def test_without_a_timeout_nobody_is_stopped_until_the_client_asks():
     deadman.heard(0.0)
     deadman.drove('/cmd_vel', False)
     assert not deadman.watching and deadman.expired(9.0) == [] and deadman.gone() == []
-    deadman.watch(0.5)
+    deadman.timeout = 0.5
     assert deadman.watching and deadman.gone() == ['/cmd_vel']
 
 

@@ -102,7 +102,6 @@ class RosbridgeNode:
                     sys.exit(0)
 
     def _application(self):
-        """Make the application, in the loop's thread."""
         folder, interval, timeout, compress, unregister = self._http
         bridge = RosBridge(asyncio.get_event_loop(), unregister, Answers(srv, TypeDef, *self._globs))
         clients = Clients(bridge, self._settings, self._most, functools.partial(self._report, 'client'),
@@ -114,7 +113,6 @@ class RosbridgeNode:
             websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
 
     def run(self):
-        """Serve until shutdown."""
         self._server.start()
         gc.freeze()  # present objects stay; searching them for garbage would delay messages by milliseconds
         rospy.loginfo('Rosbridge WebSocket server started at %s://%s:%d', self._scheme, self._address,
@@ -124,7 +122,6 @@ class RosbridgeNode:
 
 
 def main():
-    """Serve until shutdown."""
     nodes.init_node('rosbridge_websocket', PARAMETERS)
     sys.setswitchinterval(SWITCH)
     port, address = PARAMETERS.read('~port', '~address')

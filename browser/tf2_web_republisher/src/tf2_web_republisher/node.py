@@ -33,7 +33,6 @@ class Watched:
         self._sent = {frame.strip('/'): None for frame in frames}
 
     def changed(self):
-        """Return the TransformStamped messages to send."""
         found = []
         for frame, sent in self._sent.items():
             try:
@@ -57,7 +56,6 @@ class Republisher:
     """The action and the service."""
 
     def __init__(self):
-        """Register both; rospy is initialised."""
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
         self._throttle = WallThrottle(REMINDER)
@@ -127,7 +125,6 @@ def _transform(transform):
 
 
 def main():
-    """Serve until shutdown."""
     nodes.init_node('tf2_web_republisher', PARAMETERS)
     Republisher()
     rospy.spin()

@@ -33,7 +33,6 @@ class _Nothing(web.Missing, Page):
 
 
 def main():
-    """Serve until shutdown."""
     nodes.init_node('web_video_server', PARAMETERS)
     port, address, kind, most = PARAMETERS.read('~port', '~address', '~default_stream_type', '~max_streams')
     report = Report()

@@ -25,9 +25,6 @@ class Index(Page):
     """All image topics, with links."""
 
     async def get(self):
-        """Answer."""
-        if self._finished:
-            return
         try:
             topics = await asyncio.get_event_loop().run_in_executor(None, image_topics)
         except (rosgraph.MasterException, OSError) as error:
@@ -40,9 +37,6 @@ class Viewer(Page):
     """One stream in a page."""
 
     def get(self):
-        """Answer."""
-        if self._finished:
-            return
         wanted = self.query()
         if wanted is not None:
             self.finish(TEMPLATES.get_template('viewer.html').render(topic=wanted.topic, query=self.request.query))

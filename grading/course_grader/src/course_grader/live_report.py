@@ -38,7 +38,6 @@ def send(address, student, exercise, decided):
 
 
 def user():
-    """Return the name of the user of this machine."""
     try:
         return getpass.getuser()
     except (KeyError, OSError):

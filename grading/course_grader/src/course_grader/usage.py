@@ -55,7 +55,6 @@ def check_program(arguments, command):
 
 
 def line(before, after):
-    """Return the command line of ./run grade."""
     return f'./run grade {shlex.join(before)} -- {shlex.join(after)}'
 
 

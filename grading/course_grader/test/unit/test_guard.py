@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from course_grader.attempt import guard
 from course_grader.attempt.guard import Guard
-from course_grader.isolation import peers
+from plain_support import sockets
 from rospy_support import inbound
 from rospy_support.rospy_internals.topics import HOLDER
 from rospy_support.slave_server import SlaveServer
@@ -162,7 +162,7 @@ def test_who_answers_is_known_whatever_the_header_says(guarded, service):
 
 
 def test_own_process_is_not_the_program(guarded, service, monkeypatch):
-    monkeypatch.setattr(peers, 'holds', lambda pids, inode: True)
+    monkeypatch.setattr(sockets, 'holds', lambda pids, inode: True)
     Guard(user=os.getuid())
     assert connected(service) == guard.GRADING
 

@@ -64,7 +64,6 @@ class LocalisationNode:
     """amcl's interface on a ParticleFilter."""
 
     def __init__(self):
-        """Read the parameters and register everything."""
         self._value = value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         if value['min_particles'] > value['max_particles']:
             raise ParameterError(f'parameter {rospy.resolve_name("~min_particles")} is {value["min_particles"]}; it '
@@ -219,6 +218,5 @@ class LocalisationNode:
 
 
 def main():
-    """Run amcl."""
     nodes.init_node(NAME, PARAMETERS)
     LocalisationNode().run()

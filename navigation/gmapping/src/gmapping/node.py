@@ -46,7 +46,6 @@ class MappingNode:
     """gmapping's interface on a Mapper."""
 
     def __init__(self):
-        """Read the parameters and register everything."""
         value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         parameters.log_effective()
         self._value = value
@@ -113,7 +112,6 @@ class MappingNode:
 
 
 def main():
-    """Run slam_gmapping."""
     nodes.init_node(NAME, PARAMETERS)
     MappingNode()
     rospy.spin()

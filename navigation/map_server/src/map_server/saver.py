@@ -40,7 +40,6 @@ def parse(arguments):
 
 
 def save(message, options):
-    """Write the map of an OccupancyGrid."""
     info = message.info
     rospy.loginfo('Received a %d X %d map @ %.3f m/pix', info.width, info.height, info.resolution)
     image, text = saved(grids.from_message(message), options.name, options.occ, options.free)
@@ -51,7 +50,6 @@ def save(message, options):
 
 
 def main():
-    """Run map_saver."""
     options = parse(rospy.myargv(sys.argv)[1:])
     nodes.init_node(NAME)
     found, messages = threading.Event(), []

@@ -1,9 +1,8 @@
 """The node map_server: publishes the map of a YAML file, and answers services about it.
 
-Threading contract: rospy's threads of the services; a new map is read in the thread of its call, under a lock.
+Threading contract: rospy's threads of the services; a new map is read in the thread of its call, then assigned.
 """
 import sys
-import threading
 
 import rospy
 from nav_msgs.msg import MapMetaData
@@ -33,7 +32,6 @@ class MapServer:
     def __init__(self, described):
         """Read the map of a Description, publish it, and offer the services."""
         self._frame = PARAMETERS['~frame_id'].read()
-        self._lock = threading.Lock()
         self._grids = Publisher('map', grids.Grid, latch=True, queue_size=1)
         self._infos = Publisher('map_metadata', MapMetaData, latch=True, queue_size=1)
         self._load(described)
@@ -43,16 +41,14 @@ class MapServer:
     def _load(self, described):
         rospy.loginfo('Loading map from image "%s"', described.image)
         grid = read_image(described)
-        with self._lock:
-            self._message = grids.to_message(grid, self._frame)
+        self._message = grids.to_message(grid, self._frame)
         rospy.loginfo('Read a %d X %d map @ %.3f m/cell', grid.width, grid.height, grid.resolution)
         self._infos.publish(self._message.info)
         self._grids.publish(self._message)
 
     def _get(self, _):
         rospy.loginfo('Sending map')
-        with self._lock:
-            return GetMapResponse(grids.as_lists(self._message))
+        return GetMapResponse(grids.as_lists(self._message))
 
     def _change(self, request):
         try:
@@ -61,8 +57,7 @@ class MapServer:
             rospy.logerr('The map stays: %s', error)
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST if error.missing
                                    else LoadMapResponse.RESULT_INVALID_MAP_DATA)
-        with self._lock:
-            return LoadMapResponse(grids.as_lists(self._message), LoadMapResponse.RESULT_SUCCESS)
+        return LoadMapResponse(grids.as_lists(self._message), LoadMapResponse.RESULT_SUCCESS)
 
 
 def described_by(arguments):
@@ -83,7 +78,6 @@ def described_by(arguments):
 
 
 def main():
-    """Run map_server."""
     arguments = rospy.myargv(sys.argv)[1:]
     if not 1 <= len(arguments) <= 2:
         sys.exit(USAGE)

@@ -2,15 +2,16 @@
 import math
 
 import numpy as np
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped, Quaternion
-from nav_msgs.msg import OccupancyGrid, Path
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from std_msgs.msg import Header
 from tf.transformations import quaternion_matrix
 
 from navigation_core.planning.costmap import occupancy
 from navigation_core.poses import Pose
 from navigation_ros import grids
-from rospy_support.rotations import to_quaternion, yaw_of
+from navigation_ros.poses import from_pose
+from rospy_support.rotations import yaw_of
 
 FIELDS = ('x', 'y', 'z')
 FLOAT32 = 7  # of a PointField
@@ -44,10 +45,7 @@ def goal_problem(pose):
 
 def stamped_pose(pose, frame, stamp):
     """Return a Pose as a geometry_msgs/PoseStamped."""
-    message = PoseStamped(header=Header(stamp=stamp, frame_id=frame))
-    message.pose.position.x, message.pose.position.y = pose[:2]
-    message.pose.orientation = to_quaternion(0.0, 0.0, pose[2])
-    return message
+    return PoseStamped(Header(stamp=stamp, frame_id=frame), from_pose(Pose(*pose)))
 
 
 def path_message(points, frame, stamp, heading=None):
@@ -73,10 +71,8 @@ def grid_of(message):
 def costmap_message(costmap, frame, stamp):
     """Return a Costmap as a nav_msgs/OccupancyGrid."""
     message = OccupancyGrid(header=Header(stamp=stamp, frame_id=frame))
-    message.info.map_load_time, message.info.resolution = stamp, costmap.resolution
-    message.info.height, message.info.width = costmap.shape
-    message.info.origin.position.x, message.info.origin.position.y = costmap.x, costmap.y
-    message.info.origin.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
+    height, width = costmap.shape
+    message.info = MapMetaData(stamp, costmap.resolution, width, height, from_pose(Pose(costmap.x, costmap.y)))
     message.data = occupancy(costmap.costs).ravel().tolist()
     return message
 

@@ -33,7 +33,6 @@ class Sensor:
     """One source of observations."""
 
     def __init__(self, source, throttle):
-        """Subscribe."""
         self.source, self._throttle = source, throttle
         self._messages = collections.deque(maxlen=KEPT)
         self._latest = None  # when the last message came that measures something
@@ -93,11 +92,8 @@ class CostmapNode:
     """A costmap with its topics: ``global_costmap`` or ``local_costmap``. ``costmap`` is None until it has its map."""
 
     def __init__(self, name, buffer):
-        """Read the parameters and subscribe."""
-        read = {each: settings.COSTMAPS[f'~{name}/{each}'].read() for each in (
-            'global_frame', 'robot_base_frame', 'transform_tolerance', 'update_frequency', 'publish_frequency',
-            'rolling_window', 'track_unknown_space', 'lethal_cost_threshold', 'width', 'height', 'resolution',
-            'origin_x', 'origin_y')}
+        prefix = f'~{name}/'
+        read = {each.name[len(prefix):]: each.read() for each in settings.COSTMAPS if each.name.startswith(prefix)}
         self.name, self._buffer, self._read = name, buffer, read
         self.frame, self.base = read['global_frame'].lstrip('/'), read['robot_base_frame'].lstrip('/')
         self.footprint = settings.footprint(name)
@@ -170,7 +166,6 @@ class CostmapNode:
             self.publish(now, pose)
 
     def publish(self, now, pose):
-        """Publish costmap and footprint."""
         if self._grid.get_num_connections():
             self._grid.publish(costmap_message(self.costmap, self.frame, now))
         self._outline.publish(footprint_message(self.footprint, pose, self.frame, now))

@@ -27,6 +27,7 @@ from navigation_core.planning.local_planner import LocalPlanner, Velocity
 from navigation_core.planning.navigator import Navigator, State
 from navigation_core.poses import Pose
 from rospy_support import nodes, parameters
+from rospy_support.rotations import yaw_of
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher
 
@@ -75,7 +76,6 @@ class MoveBase:
     # ------------------------------------------------------------------------------------------------ the loop
 
     def run(self):
-        """Do one period after the other until shutdown."""
         rate = rospy.Rate(self._frequency, reset=True)
         while not rospy.is_shutdown():
             with self._lock:
@@ -148,8 +148,7 @@ class MoveBase:
         frame = target.header.frame_id.lstrip('/')
         if problem or not frame:
             return None, problem or f'it names no frame; set target_pose.header.frame_id = "{self._global.frame}"'
-        pose = Pose(target.pose.position.x, target.pose.position.y, pose_of(SimpleNamespace(
-            translation=target.pose.position, rotation=target.pose.orientation)).yaw)
+        pose = Pose(target.pose.position.x, target.pose.position.y, yaw_of(target.pose.orientation))
         if frame == self._global.frame:
             return pose, ''
         try:
@@ -290,6 +289,5 @@ def _description(limits):
 
 
 def main():
-    """Run move_base."""
     nodes.init_node('move_base', PARAMETERS)
     MoveBase().run()

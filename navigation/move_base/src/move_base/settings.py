@@ -28,7 +28,6 @@ class Any(Parameter):
         self.name, self.default, self.range = name, default, range
 
     def convert(self, value):
-        """Return the value."""
         return value
 
 
@@ -118,7 +117,6 @@ class Source(NamedTuple):
 
 
 def error(name, value, wanted):
-    """Return a ParameterError."""
     return ParameterError(f'parameter {rospy.resolve_name(name)} is {value!r}; it must be {wanted}')
 
 
@@ -132,7 +130,6 @@ def rename_old():
 
 
 def patience():
-    """Return the Patience."""
     names = [name for name in Patience.__dataclass_fields__ if name != 'aggressive_reset_dist']
     return Patience(**{name: OWN[f'~{name}'].read() for name in names})
 
@@ -145,20 +142,14 @@ def planner():
                                if each.name.startswith(prefix)})
     for key in [key for key in vars(given) if key.endswith('_samples')]:
         setattr(given, key, max(1, getattr(given, key)))  # 0 is 1, as in the original: TurtleBot3 has vy_samples 0
-    shared = {key: getattr(given, key) for key in (
-        'acc_lim_x', 'acc_lim_y', 'acc_lim_theta', 'xy_goal_tolerance', 'yaw_goal_tolerance', 'sim_time',
-        'path_distance_bias', 'goal_distance_bias', 'occdist_scale', 'latch_xy_goal_tolerance', 'max_vel_x',
-        'min_vel_x', 'max_vel_theta', 'vx_samples')}
+    settings = Settings(**{key: value for key, value in vars(given).items() if key in Settings.__dataclass_fields__})
     if name == 'DWAPlannerROS':
-        settings = Settings(**shared, max_vel_trans=given.max_vel_trans, max_vel_y=given.max_vel_y,
-                            min_vel_y=given.min_vel_y, min_vel_theta=abs(given.min_vel_theta),
-                            forward_point_distance=given.forward_point_distance, vy_samples=given.vy_samples,
-                            vth_samples=given.vth_samples)
+        settings.min_vel_theta = abs(given.min_vel_theta)
     else:
         sideways = _speeds(f'{prefix}y_vels', given.y_vels) if given.holonomic_robot else [0.0]
-        settings = Settings(**shared, max_vel_trans=given.max_vel_x, max_vel_y=max(sideways), min_vel_y=min(sideways),
-                            min_vel_theta=given.min_in_place_vel_theta, vy_samples=2 * len(sideways) + 1,
-                            vth_samples=given.vtheta_samples)
+        settings.max_vel_trans, settings.max_vel_y, settings.min_vel_y = given.max_vel_x, max(sideways), min(sideways)
+        settings.min_vel_theta = given.min_in_place_vel_theta
+        settings.vy_samples, settings.vth_samples = 2 * len(sideways) + 1, given.vtheta_samples
         if given.holonomic_robot:
             settings.min_vel_x = given.escape_vel
     if settings.max_vel_trans <= 0.0 or settings.max_vel_x <= 0.0:
@@ -178,7 +169,6 @@ def _speeds(name, value):
 
 
 def footprint(name):
-    """Return the Footprint of a costmap."""
     key = f'~{name}/footprint'
     given, padding, radius = (COSTMAPS[f'~{name}/{each}'].read() for each in ('footprint', 'footprint_padding',
                                                                               'robot_radius'))
@@ -233,15 +223,13 @@ def _boolean(name, default):
 
 
 def sources(layer):
-    """Return the Sources of an obstacle layer with this namespace."""
     found = []
     for name in _text(f'~{layer}/observation_sources', '').split():
         space = f'~{layer}/{name}/'
         promised = number(f'{space}expected_update_rate', 0.0, 0.0) if rospy.has_param(
             f'{space}expected_update_rate') else None
         found.append(Source(
-            _text(f'{space}topic', name), _text(f'{space}data_type', 'PointCloud2' if 'data_type' not in
-                                               rospy.get_param(f'~{layer}/{name}', {}) else '', DATA_TYPES),
+            _text(f'{space}topic', name), _text(f'{space}data_type', 'PointCloud2', DATA_TYPES),
             _text(f'{space}sensor_frame', ''), _boolean(f'{space}marking', True), _boolean(f'{space}clearing', False),
             _boolean(f'{space}inf_is_valid', False), number(f'{space}min_obstacle_height', 0.0),
             number(f'{space}max_obstacle_height', number(f'~{layer}/max_obstacle_height', 2.0)),

@@ -50,7 +50,6 @@ def info_of(grid, loaded=None):
 
 
 def to_message(grid, frame, info=None):
-    """Return a Grid of a GridMap."""
     message = Grid(info=info or info_of(grid), data=grid.cells.ravel())
     message.header.stamp, message.header.frame_id = rospy.Time.now(), frame
     return message

@@ -9,7 +9,6 @@ from rospy_support.rotations import to_quaternion, yaw_of
 
 
 def from_pose(pose):
-    """Return the geometry_msgs/Pose of a Pose."""
     return PoseMessage(Point(pose.x, pose.y, 0.0), to_quaternion(0.0, 0.0, pose.yaw))
 
 

@@ -11,7 +11,7 @@ import math
 import cv2
 import rosgraph.names
 import rospy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -21,23 +21,20 @@ from kinematic_core.worlds import camera as pinhole
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.floor_plan import Cylinder
 from rospy_support import nodes
-from rospy_support.images import DEPTH, to_image
 from rospy_support.parameters import Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
+from sim_ros.camera_topics import CameraTopics, camera_info
 from sim_scene.renderer import Renderer
 
 NAME = 'gazebo_cameras'
 PARAMETERS = Table(Text('~server', '/gazebo'), Number('~gamma', pinhole.GAMMA, *pinhole.GAMMAS))
-FIELDS = [PointField(name, offset, PointField.FLOAT32, 1)
-          for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
 
 
 class CamerasNode:
     """Publishes the images of all cameras."""
 
     def __init__(self):
-        """Subscribe to the simulator."""
         server, self._gamma = PARAMETERS.read('~server', '~gamma')
         self._scene = None  # plan, bodies and _Cameras
         self._cameras = {}  # (model, index): _Camera
@@ -77,22 +74,13 @@ class _Camera:
         self._schedule = Schedule(camera.rate)
         self._plan = self._renderer = None
         lens = pinhole.PinholeCamera(camera.width, camera.height, camera.field)
-        self._info = CameraInfo(width=lens.width, height=lens.height, distortion_model='plumb_bob',
-                                D=list(pinhole.DISTORTION), K=lens.matrix(), R=list(pinhole.RECTIFICATION),
-                                P=lens.projection())
-        self._info.header.frame_id = prefixed(prefix, camera.frame)
-        self._colour, self._colour_info = self._publisher(camera.image, Image), self._publisher(camera.info, CameraInfo)
-        self._depth = self._depth_info = self._points = None
+        colour, infos, depths, points = self._publisher(camera.image, Image), [camera.info], [], None
         if camera.depth:
-            self._depth = self._publisher(camera.depth_image, Image)
-            self._depth_info = self._publisher(camera.depth_info, CameraInfo)
-            self._points = self._publisher(camera.points, PointCloud2)
-
-    def close(self):
-        """Unregister all topics."""
-        for publisher in (self._colour, self._colour_info, self._depth, self._depth_info, self._points):
-            if publisher is not None:
-                publisher.unregister()
+            infos.append(camera.depth_info)
+            depths, points = [self._publisher(camera.depth_image, Image)], self._publisher(camera.points, PointCloud2)
+        self._topics = CameraTopics(camera_info(prefixed(prefix, camera.frame), lens), 'rgb8', colour,
+                                    [self._publisher(topic, CameraInfo) for topic in infos], depths, points)
+        self.close = self._topics.close
 
     def due(self, stamp):
         """Return whether an image is due at a time."""
@@ -100,30 +88,17 @@ class _Camera:
 
     def publish(self, transform, plan):
         """Publish the topics with subscribers, for a robot whose centre is at ``transform`` in a FloorPlan."""
-        header = self._info.header
-        header.stamp = transform.header.stamp
-        for publisher in (self._colour_info, self._depth_info):
-            if _wanted(publisher):
-                publisher.publish(self._info)
-        wants_colour, wants_depth, wants_points = map(_wanted, (self._colour, self._depth, self._points))
-        if not (wants_colour or wants_depth or wants_points):
-            return
+        self._topics.publish(transform.header.stamp, lambda: (self._current_renderer(plan),
+                                                              self._place(transform.transform)))
+
+    def _current_renderer(self, plan):
         if plan != self._plan:
             camera = self._camera
             self._renderer = Renderer(plan, camera.width, camera.height, camera.field,
                                       depth_range=camera.depth or (pinhole.DEPTH_NEAR, pinhole.DEPTH_FAR),
                                       gamma=self._gamma)
             self._plan = plan
-        place = self._place(transform.transform)
-        colour = self._renderer.render(place) if wants_colour or wants_points else None
-        if wants_colour:
-            self._colour.publish(to_image(colour, 'rgb8', header))
-        if wants_depth or wants_points:
-            depth = self._renderer.depth(place)
-            if wants_depth:
-                self._depth.publish(to_image(depth, DEPTH, header))
-            if wants_points:
-                self._points.publish(_cloud(header, self._renderer.points(depth), colour))
+        return self._renderer
 
     def _publisher(self, topic, kind):
         namespace = '/' + self._camera.namespace.strip('/')
@@ -136,10 +111,6 @@ class _Camera:
         return (at.x + cos * place.x - sin * place.y, at.y + sin * place.x + cos * place.y, place.z, yaw + place.yaw)
 
 
-def _wanted(publisher):
-    return publisher is not None and publisher.get_num_connections() > 0
-
-
 def _with_others(plan, bodies, poses, own):
     """Return the plan with the bodies of all robots but one."""
     others = tuple(Cylinder(f'robot {name}', poses[name].transform.translation.x, poses[name].transform.translation.y,
@@ -148,17 +119,7 @@ def _with_others(plan, bodies, poses, own):
     return plan._replace(cylinders=(*plan.cylinders, *others)) if others else plan
 
 
-def _cloud(header, points, colour):
-    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) RGB."""
-    height, width = points.shape[:2]
-    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)
-    packed.view('uint32')[..., 3] = cv2.cvtColor(colour, cv2.COLOR_RGB2BGRA).view('uint32')[..., 0] & 0xFFFFFF
-    return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
-                       is_dense=False, data=packed.tobytes())
-
-
 def main():
-    """Run gazebo_cameras."""
     cv2.setNumThreads(1)  # more threads take more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)
     CamerasNode()

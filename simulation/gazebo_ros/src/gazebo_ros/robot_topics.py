@@ -77,12 +77,10 @@ class RobotTopics:
                                                      tcp_nodelay=True))
 
     def close(self):
-        """Unregister everything."""
         for each in self._registered:
             each.unregister()
 
     def set_plan(self, plan):
-        """Let the lasers see another plan from now on."""
         self._plan, self._casters = plan, []
 
     def publish(self, world, now):

@@ -16,7 +16,7 @@ import numpy as np
 import roslib.packages
 import rospkg
 import rospy
-from gazebo_msgs.msg import LinkState, LinkStates, ModelState, ModelStates
+from gazebo_msgs.msg import LinkState, LinkStates
 from gazebo_msgs.srv import (
     DeleteModel,
     DeleteModelResponse,
@@ -24,22 +24,14 @@ from gazebo_msgs.srv import (
     GetLinkStateResponse,
     GetModelProperties,
     GetModelPropertiesResponse,
-    GetModelState,
-    GetModelStateResponse,
     GetPhysicsProperties,
     GetPhysicsPropertiesResponse,
-    GetWorldProperties,
-    GetWorldPropertiesResponse,
-    SetModelState,
-    SetModelStateResponse,
     SetPhysicsProperties,
     SetPhysicsPropertiesResponse,
     SpawnModel,
     SpawnModelResponse,
 )
-from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import String
-from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from gazebo_ros import command_line
@@ -48,14 +40,13 @@ from gazebo_ros.core.gazebo_world import FLOOR, GazeboWorld
 from gazebo_ros.core.vehicle import DT
 from gazebo_ros.robot_topics import RobotTopics, Schedule
 from kinematic_core.worlds import world_format
-from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput, processes
 from rospy_support import parameters, reachability
 from rospy_support.parameters import Table
-from rospy_support.rotations import to_quaternion, yaw_of
 from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.gazebo_services import GazeboServices, flat, pose_and_twist
 from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
 from sim_ros.robotont_messages import base_transform
@@ -91,12 +82,11 @@ class GazeboNode:
         self._cameras = None  # the process
         self._camera_schedule = Schedule(CAMERA_RATE)
         self._transform = LatestPublisher('/tf', TFMessage)
-        self._states = LatestPublisher('~model_states', ModelStates)
         self._link_states = LatestPublisher('~link_states', LinkStates)
         self._robots = LatestPublisher('~robots', TFMessage)
         self._scene = Publisher('~scene', String, latch=True, queue_size=1)
         self._offer()
-        rospy.Subscriber('~set_model_state', ModelState, self._set_by_message, queue_size=10)
+        self._gazebo = GazeboServices('~', self._clock, self._shared, world, self._place, self._reset)
         rospy.on_shutdown(self._end_cameras)
         for warning in warnings:
             rospy.logwarn('%s', warning)
@@ -126,7 +116,6 @@ class GazeboNode:
         self._publish_scene()
 
     def run(self):
-        """Step until shutdown."""
         try:
             self._clock.run(self._step)
         finally:
@@ -137,18 +126,10 @@ class GazeboNode:
         services.add('~spawn_urdf_model', SpawnModel, self._spawn)
         services.add('~spawn_sdf_model', SpawnModel, self._spawn)
         services.add('~delete_model', DeleteModel, self._delete)
-        services.add('~get_model_state', GetModelState, self._get_state)
-        services.add('~set_model_state', SetModelState, self._set_state)
         services.add('~get_link_state', GetLinkState, self._get_link_state)
         services.add('~get_model_properties', GetModelProperties, self._get_model_properties)
-        services.add('~get_world_properties', GetWorldProperties, self._get_world_properties)
         services.add('~get_physics_properties', GetPhysicsProperties, self._get_physics)
         services.add('~set_physics_properties', SetPhysicsProperties, self._set_physics)
-        for name in ('~reset_world', '~reset_simulation'):
-            services.add(name, Empty, self._reset)
-        owned = self._clock.unless_owned
-        rospy.Service('~pause_physics', Empty, owned(lambda _: self._done(self._clock.pause())))
-        rospy.Service('~unpause_physics', Empty, owned(lambda _: self._done(self._clock.resume())))
 
     def _step(self):
         now = rospy.Time.now()
@@ -165,13 +146,11 @@ class GazeboNode:
                     transforms += topics.publish(world, now)
             if transforms and self._transform.wanted():
                 self._transform.publish(TFMessage(transforms))
-            if self._states.wanted():
-                states = zip(*map(_pose_and_twist, world.states()))
-                self._states.publish(ModelStates(world.names(), *states))
+            self._gazebo.publish()
             if self._link_states.wanted():
                 links = world.links()
                 self._link_states.publish(LinkStates([name for name, _ in links],
-                                                     *zip(*(_pose_and_twist(state) for _, state in links))))
+                                                     *zip(*(pose_and_twist(state) for _, state in links))))
             if self._cameras and self._camera_schedule.due(world.time):
                 self._robots.publish(TFMessage([base_transform(now, 'world', name, vehicle.centre)
                                                 for name, vehicle in world.vehicles.items()]))
@@ -182,13 +161,11 @@ class GazeboNode:
     def _spawn(self, request):
         try:
             element = model_files.parse(_with_paths(request.model_xml))
-            position, orientation = request.initial_pose.position, request.initial_pose.orientation
-            flat = Pose2D(position.x, position.y, _yaw(orientation))
             with self._lock:
-                flat = self._world.in_world(flat, request.reference_frame)
-                warnings = self._world.add(element, request.model_name, _matrix(flat, position.z),
+                pose = self._world.in_world(flat(request.initial_pose), request.reference_frame)
+                warnings = self._world.add(element, request.model_name, _matrix(pose, request.initial_pose.position.z),
                                            request.robot_namespace)
-                self._note(request.model_name, 'spawn_model', *flat, request=request)
+                self._note(request.model_name, 'spawn_model', *pose, request=request)
         except InvalidInput as refusal:
             rospy.logwarn('Could not spawn %s: %s', request.model_name or 'a model', refusal)
             return SpawnModelResponse(False, str(refusal))
@@ -216,49 +193,21 @@ class GazeboNode:
         self._publish_scene()
         return DeleteModelResponse(True, 'DeleteModel: successfully deleted model')
 
-    def _get_state(self, request):
-        response = GetModelStateResponse()
-        response.header.stamp, response.header.frame_id = rospy.Time.now(), request.relative_entity_name
-        try:
-            with self._lock:
-                state = self._world.state(request.model_name, request.relative_entity_name)
-        except InvalidInput as refusal:
-            response.status_message = str(refusal)
-            return response
-        response.pose, response.twist = _pose_and_twist(state)
-        response.success = True
-        return response
-
     def _get_link_state(self, request):
         try:
             with self._lock:
                 state = self._world.state(request.link_name, request.reference_frame)
         except InvalidInput as refusal:
             return GetLinkStateResponse(LinkState(), False, str(refusal))
-        return GetLinkStateResponse(LinkState(request.link_name, *_pose_and_twist(state), request.reference_frame),
+        return GetLinkStateResponse(LinkState(request.link_name, *pose_and_twist(state), request.reference_frame),
                                     True, '')
 
-    def _set_state(self, request):
-        try:
-            self._place(request.model_state, request)
-        except InvalidInput as refusal:
-            rospy.logwarn('Refused a service call: %s', refusal)
-            return SetModelStateResponse(False, str(refusal))
-        return SetModelStateResponse(True, '')
-
-    def _set_by_message(self, message):
-        try:
-            self._place(message, message)
-        except InvalidInput as refusal:
-            rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name('~set_model_state'), refusal)
-
-    def _place(self, wanted, request):
-        pose = Pose2D(wanted.pose.position.x, wanted.pose.position.y, _yaw(wanted.pose.orientation))
+    def _place(self, name, pose, frame, request):
         with self._lock:
-            there = self._world.in_world(pose, wanted.reference_frame)
-            self._world.put(wanted.model_name, there)
-            self._note(wanted.model_name, 'teleport_absolute', *there, request=request)
-            moved = wanted.model_name not in self._world.vehicles
+            there = self._world.in_world(pose, frame)
+            self._world.put(name, there)
+            self._note(name, 'teleport_absolute', *there, request=request)
+            moved = name not in self._world.vehicles
         if moved:
             self._publish_scene()
 
@@ -275,10 +224,6 @@ class GazeboNode:
                 canonical_body_name=bodies[0] if bodies else '', body_names=bodies, joint_names=joints,
                 is_static=request.model_name not in self._world.vehicles, success=True)
 
-    def _get_world_properties(self, _):
-        with self._lock:
-            return GetWorldPropertiesResponse(self._world.time, self._world.names(), True, True, '')
-
     def _get_physics(self, _):
         response = GetPhysicsPropertiesResponse(time_step=DT, pause=self._clock.paused, max_update_rate=1.0 / DT,
                                                 success=True)
@@ -294,13 +239,6 @@ class GazeboNode:
             self._world.reset()
             self._shared.note('reset', request=request)
         self._publish_scene()
-        return EmptyResponse()
-
-    @staticmethod
-    def _done(answer):
-        if not answer.success:
-            raise rospy.ServiceException(answer.message)
-        return EmptyResponse()
 
     # ------------------------------------------------------------------------------------------------ robots
 
@@ -381,20 +319,6 @@ def _matrix(pose, z):
     """Return the matrix (4, 4) of a Pose2D at a height ``z`` [m]."""
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     return np.array([[cos, -sin, 0.0, pose.x], [sin, cos, 0.0, pose.y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
-
-
-def _yaw(orientation):
-    """Return the heading [rad] of a Quaternion; 0 for one that is not set."""
-    return yaw_of(orientation) if any((orientation.x, orientation.y, orientation.z, orientation.w)) else 0.0
-
-
-def _pose_and_twist(state):
-    """Return the Pose and the Twist of a gazebo_world.State."""
-    pose, twist = Pose(), Twist()
-    pose.position.x, pose.position.y, pose.position.z = state.pose.x, state.pose.y, state.z
-    pose.orientation = to_quaternion(0.0, 0.0, state.pose.yaw)
-    twist.linear.x, twist.linear.y, twist.angular.z = state.twist
-    return pose, twist
 
 
 def main(connection=None, robots=()):

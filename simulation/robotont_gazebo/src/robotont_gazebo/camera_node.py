@@ -9,11 +9,10 @@ a third the poses of panels that move, under ``_arrived``.
 import threading
 
 import cv2
-import numpy as np
 import rospy
 from geometry_msgs.msg import PoseArray
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 
 from kinematic_core.worlds import camera, world_format
@@ -22,10 +21,10 @@ from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
-from rospy_support.images import DEPTH, to_image
 from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
+from sim_ros.camera_topics import CameraTopics, camera_info
 from sim_ros.robotont_messages import ODOMETRY_RATE
 from sim_scene.renderer import Renderer
 
@@ -39,29 +38,27 @@ PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGE
                    Number('~depth_near', camera.DEPTH_NEAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
                    Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
                    Number('~gamma', camera.GAMMA, *camera.GAMMAS))
-FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
 class CameraNode:
     """Publishes colour and depth images, points, and their camera_info."""
 
     def __init__(self):
-        """Read the parameters and register everything."""
         *self._size, self._fov, rate, self._gamma = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate',
                                                                     '~gamma')
         self._depth_range = _depth_range()
         self._every = max(1, round(ODOMETRY_RATE / rate))
-        self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
         self._renderer = None
         self._plan = self._rendered_plan = None  # None until the simulator has published its world
-        self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
-        self._colour = Publisher('camera/color/image_raw', Image, queue_size=1)
-        self._colour_info = Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
-        self._depths = [Publisher('camera/depth/image_rect_raw', Image, queue_size=1),
-                        Publisher('camera/aligned_depth_to_color/image_raw', Image, queue_size=1)]
-        self._depth_info = Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
-        self._points = Publisher('camera/depth/points', PointCloud2, queue_size=1)
+        frame = frames(*PARAMETERS.read('~frame_prefix')).camera
+        self._topics = CameraTopics(
+            camera_info(frame, camera.PinholeCamera(*self._size, self._fov)), 'bgr8',
+            Publisher('camera/color/image_raw', Image, queue_size=1),
+            [Publisher(f'camera/{kind}/camera_info', CameraInfo, queue_size=1) for kind in ('color', 'depth')],
+            [Publisher(f'camera/{name}', Image, queue_size=1) for name in (
+                'depth/image_rect_raw', 'aligned_depth_to_color/image_raw')],
+            Publisher('camera/depth/points', PointCloud2, queue_size=1))
         self._arrived, self._moved = threading.Condition(), PoseArray()
         rospy.Subscriber(f'{SIMULATOR}/moving_panels', PoseArray, self._on_moved_panels, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(f'{SIMULATOR}/world', String, self._on_world, queue_size=1)
@@ -77,28 +74,8 @@ class CameraNode:
     def _on_truth(self, truth):
         self._received += 1
         if (self._received - 1) % self._every == 0:
-            self._publish(truth)
-
-    def _publish(self, truth):
-        wants_colour, wants_points = _wanted(self._colour), _wanted(self._points)
-        wants_depth = any(map(_wanted, self._depths))
-        self._info.header.stamp = truth.header.stamp
-        for publisher in (self._colour_info, self._depth_info):
-            if _wanted(publisher):
-                publisher.publish(self._info)
-        if self._plan is None or not (wants_colour or wants_depth or wants_points):
-            return
-        renderer, place = self._current_renderer(truth.header.stamp), camera_place(truth.pose.pose)
-        colour = renderer.render(place, bgr=True) if wants_colour or wants_points else None
-        if wants_colour:
-            self._colour.publish(to_image(colour, 'bgr8', self._info.header))
-        if wants_depth or wants_points:
-            depth = renderer.depth(place)
-            message = to_image(depth, DEPTH, self._info.header)
-            for publisher in filter(_wanted, self._depths):
-                publisher.publish(message)
-            if wants_points:
-                self._points.publish(cloud(self._info.header, renderer.points(depth), colour))
+            self._topics.publish(truth.header.stamp, lambda: None if self._plan is None else (
+                self._current_renderer(truth.header.stamp), camera_place(truth.pose.pose)))
 
     def _on_moved_panels(self, poses):
         with self._arrived:
@@ -128,36 +105,13 @@ def _depth_range():
                                         f'{rospy.resolve_name("~depth_far")}: {error}') from None
 
 
-def _wanted(publisher):
-    return publisher.get_num_connections() > 0
-
-
 def camera_place(pose):
     """Return the camera's (x, y, z, yaw) [m, rad] of a robot's geometry_msgs/Pose."""
     yaw = yaw_of(pose.orientation)
     return (*ahead(Pose2D(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)
 
 
-def camera_info(frame, pinhole):
-    """Return the CameraInfo of a camera.PinholeCamera."""
-    info = CameraInfo(width=pinhole.width, height=pinhole.height, distortion_model='plumb_bob',
-                      D=list(camera.DISTORTION), K=pinhole.matrix(), R=list(camera.RECTIFICATION),
-                      P=pinhole.projection())
-    info.header.frame_id = frame
-    return info
-
-
-def cloud(header, points, colour):
-    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) BGR."""
-    height, width = points.shape[:2]
-    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to add a fourth channel
-    packed.view(np.uint32)[..., 3] = cv2.cvtColor(colour, cv2.COLOR_BGR2BGRA).view(np.uint32)[..., 0] & 0xFFFFFF
-    return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
-                       is_dense=False, data=packed.tobytes())
-
-
 def main():
-    """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
     cv2.setNumThreads(1)  # with more threads, an image takes more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)

@@ -21,8 +21,7 @@ from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo.core import models
-from robotont_gazebo.gazebo_interface import GazeboInterface
+from robotont_gazebo.core.models import ROBOT, Models
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 from rospy_support import parameters, reachability
@@ -32,6 +31,7 @@ from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import clock, recording
 from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.gazebo_services import GazeboServices
 from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
 from sim_scene import worlds
@@ -94,14 +94,14 @@ class RobotontNode:
         self._plan.publish(world_format.to_json(self._world.plan))
         self._moving = LatestPublisher('~moving_panels', PoseArray) if self._world.plan.moving() else None
         self._start = self._world.pose, self._world.plan
-        self._gazebo = GazeboInterface(self._clock, self._shared, self._put, self._reset)
+        self._models = Models(self._world)
+        self._gazebo = GazeboServices('gazebo/', self._clock, self._shared, self._models, self._place, self._reset)
         self._clock.services.add('~set_pose', SetPose, self._set_pose)
         self._clock.services.add('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
         parameters.log_effective()
 
     def run(self):
-        """Step until shutdown."""
         try:
             self._clock.run(self._step)
         finally:
@@ -114,7 +114,7 @@ class RobotontNode:
             self._make_moves()
             self._shared.record_step(world.pose)
             if self._parent:
-                self._parent.moved(world.steps, {models.ROBOT: world.pose})
+                self._parent.moved(world.steps, {ROBOT: world.pose})
             self._update_stamp()
             if world.timed_out and not self._warned_of_watchdog:
                 self._warned_of_watchdog = True
@@ -166,7 +166,7 @@ class RobotontNode:
 
     def _set_pose(self, request):
         with self._shared.change():
-            self._put(models.ROBOT, Pose2D(request.x, request.y, request.yaw), request)
+            self._put(ROBOT, Pose2D(request.x, request.y, request.yaw), request)
         return SetPoseResponse()
 
     def _move_marker(self, request):
@@ -191,27 +191,32 @@ class RobotontNode:
     def _make_moves(self):
         for move in list(self._moves):
             with contextlib.suppress(InvalidInput):  # the robot is there
-                models.put(self._world, *move)
+                self._models.put(*move)
                 self._moves.remove(move)
                 self._publish_plan()
                 self._parent.panel_moved(self._world.steps, move[0])
 
+    def _place(self, name, pose, frame, request):
+        with self._shared.lock:
+            self._put(name, self._models.in_world(pose, frame), request)
+
     def _put(self, name, pose, request):
         """Put a model at a Pose2D; the caller must hold the lock."""
-        models.put(self._world, name, pose)
-        if name == models.ROBOT:
+        self._models.put(name, pose)
+        if name == ROBOT:
             self._shared.note('teleport_absolute', *pose, request=request)
         else:
             self._publish_plan()
 
     def _reset(self, request):
-        """Put the robot and all panels where they started; the caller must hold the lock."""
+        """Put the robot and all panels where they started."""
         pose, plan = self._start
-        for panel in plan.panels:
-            if not panel.path:
-                self._world.move_panel(panel.name, panel.x, panel.y, panel.yaw)
-        self._publish_plan()
-        self._put(models.ROBOT, pose, request)
+        with self._shared.change():
+            for panel in plan.panels:
+                if not panel.path:
+                    self._world.move_panel(panel.name, panel.x, panel.y, panel.yaw)
+            self._publish_plan()
+            self._put(ROBOT, pose, request)
 
     def _publish_plan(self):
         """Let scanner and camera see panels where they are now."""
@@ -221,7 +226,6 @@ class RobotontNode:
 
 
 def _read_world(seed):
-    """Return the RobotWorld that the parameters describe."""
     name, x, y, yaw, watchdog, slip, noise = PARAMETERS.read('~world', '~x', '~y', '~yaw', '~watchdog', '~odom_slip',
                                                              '~odom_noise')
     start, limits = Pose2D(x, y, yaw), Limits(*(limit.read() for limit in LIMITS))

@@ -1,4 +1,4 @@
-"""sim_ros.robotont_messages, camera_node: the world's state in the fields of ROS messages."""
+"""sim_ros.robotont_messages, camera_topics, camera_node: the world's state in the fields of ROS messages."""
 import math
 
 import numpy as np
@@ -10,6 +10,8 @@ from kinematic_core.worlds import camera, rays
 from kinematic_core.worlds.frames import ahead, frames
 from kinematic_core.worlds.planar import Pose2D, Twist2D
 from robotont_gazebo import camera_node
+from rospy_support.images import to_cloud
+from sim_ros import camera_topics
 from sim_ros import robotont_messages as messages
 
 STAMP = rospy.Time(12, 34)
@@ -81,7 +83,7 @@ def test_camera_is_behind_the_middle_and_as_high_as_in_the_urdf():
 
 
 def test_camera_info_is_that_of_90_degrees():
-    info = camera_node.camera_info('c', camera.PinholeCamera(1280, 720))
+    info = camera_topics.camera_info('c', camera.PinholeCamera(1280, 720))
     assert (info.width, info.height, info.header.frame_id, info.distortion_model) == (1280, 720, 'c', 'plumb_bob')
     assert list(info.K) == pytest.approx([640.0, 0.0, 640.0, 0.0, 640.0, 360.0, 0.0, 0.0, 1.0])
     assert list(info.P) == pytest.approx([640.0, 0.0, 640.0, 0.0, 0.0, 640.0, 360.0, 0.0, 0.0, 0.0, 1.0, 0.0])
@@ -92,7 +94,7 @@ def test_cloud_has_points_and_colours():
     points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
     colour = np.zeros((2, 3, 3), np.uint8)
     colour[1, 2] = 0x56, 0x34, 0x12
-    message = camera_node.cloud(rospy.Header(), points, colour)
+    message = to_cloud(points, colour, 'bgr8', rospy.Header())
     assert (message.height, message.width, message.point_step, message.row_step) == (2, 3, 16, 48)
     data = np.frombuffer(message.data, np.float32).reshape(2, 3, 4)
     assert np.array_equal(data[..., :3], points)

@@ -62,11 +62,9 @@ class SquareDriver:
 
     @property
     def target(self):
-        """Return the corner (x, y) that the turtle drives to."""
         return self.corners[(self.visited + 1) % 4]
 
     def step(self, x, y, theta):
-        """Return the command for this pose."""
         ahead, left = in_turtle_frame(x, y, theta, *self.target)
         heading_error = math.atan2(left, ahead)
         if not self.corners_left:
@@ -123,7 +121,6 @@ class DrawSquareNode:
     """Drives turtle1 with a SquareDriver. rospy must be initialised."""
 
     def __init__(self):
-        """Read the parameters and register the topic."""
         self._side, self._laps = PARAMETERS.read('~side', '~laps')
         parameters.log_effective()
         self._pose = None
@@ -209,6 +206,5 @@ def _log_target(driver):
 
 
 def main():
-    """Run draw_square."""
     nodes.init_node('draw_square', PARAMETERS)
     DrawSquareNode().run()

@@ -23,7 +23,6 @@ class DrawingServer:
     """Publishes the changes of a SharedWorld."""
 
     def __init__(self, shared):
-        """Register topic and service."""
         self._shared, self._lock = shared, threading.Lock()
         self._number, self._pixels, self._turtles = 0, None, None
         self._wanted, self._closed = threading.Event(), threading.Event()
@@ -32,7 +31,6 @@ class DrawingServer:
         self._thread = threads.keep_running('drawing', self._serve)
 
     def close(self):
-        """Stop publishing."""
         self._closed.set()
         self._wanted.set()
         self._thread.join(1.0)

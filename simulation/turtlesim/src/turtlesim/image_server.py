@@ -50,7 +50,6 @@ class ImageServer:
         self._thread = threads.keep_running('pictures', self._serve)
 
     def close(self):
-        """Stop serving."""
         self._closed.set()
         self._wanted.set()
         if self._window:

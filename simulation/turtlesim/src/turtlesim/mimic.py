@@ -40,7 +40,6 @@ class MimicNode:
     """Copies the speeds, and stops the copying turtle once when the node ends. rospy must be initialised."""
 
     def __init__(self):
-        """Register both topics."""
         self._lock = threading.RLock()  # a signal may end the node while its main thread holds it
         self._moving = self._ended = False
         self._publisher = LatestPublisher(topic_below('output', 'cmd_vel'), Twist)
@@ -71,7 +70,6 @@ class MimicNode:
 
 
 def main():
-    """Run mimic."""
     nodes.init_node('turtle_mimic')
     MimicNode()
     rospy.spin()

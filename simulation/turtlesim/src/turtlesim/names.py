@@ -20,11 +20,9 @@ class TurtleNames:
         return rospy.resolve_name(name) in self._names
 
     def add(self, name):
-        """Add a new turtle's name."""
         self._names[rospy.resolve_name(name)] = name
 
     def remove(self, name):
-        """Remove the name of a turtle that is gone."""
         del self._names[rospy.resolve_name(name)]
 
     def check(self, name):

@@ -70,7 +70,6 @@ class TurtlesimNode:
             self._shared.note('cmd', linear, 0.0, angular, request=recording.PARENT)
 
     def run(self):
-        """Step until shutdown."""
         try:
             self._clock.run(self._step)
         finally:

@@ -95,7 +95,6 @@ class TeleopNode:
     """Publishes the velocities of the keys on turtle1/cmd_vel. rospy must be initialised."""
 
     def __init__(self):
-        """Read the parameters and register the topic."""
         self._linear = _scale('scale_linear')
         self._angular = _scale('scale_angular')
         self._listened, self._pressed = threading.Event(), False
@@ -159,6 +158,5 @@ def _scale(name):
 
 
 def main():
-    """Run turtle_teleop_key on the standard input."""
     nodes.init_node('teleop_turtle', PARAMETERS)
     TeleopNode().run(sys.stdin.fileno())

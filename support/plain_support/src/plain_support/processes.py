@@ -197,7 +197,6 @@ class BackgroundProcess:
 
     @property
     def pid(self) -> int:
-        """Return its process id."""
         return self.process.pid
 
     def output(self, most: Optional[int] = None) -> str:
@@ -208,11 +207,9 @@ class BackgroundProcess:
             return io.TextIOWrapper(file, encoding='utf-8', errors='replace').read()
 
     def last_line(self) -> str:
-        """Return the last line of its output."""
         return (self.output().strip().splitlines() or ['nothing'])[-1]
 
     def runs(self) -> bool:
-        """Return whether it has not ended."""
         return self.process.poll() is None
 
     def signal(self, number: int) -> None:

@@ -27,7 +27,11 @@ def test_the_process_of_a_peer(family, address):
             with connection:
                 assert connection.recv(1) == b'.'
                 assert sockets.peer_process(connection) == client.pid
-                assert sockets.peer(connection)[0] == os.geteuid()
+                peer = sockets.peer(connection)
+                assert peer.user == os.geteuid()
+                assert sockets.holds([client.pid], peer.inode) and not sockets.holds([os.getpid()], peer.inode)
                 client.stdin.close()
                 client.wait()
                 assert sockets.peer_process(connection) is None
+                peer = sockets.peer(connection)
+                assert peer is None or not peer.inode  # nobody holds it

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
 
 from plain_support import is_truncated
 
@@ -48,6 +48,7 @@ _DEPTHS = {DEPTH: Encoding(np.float32, 1, None, None), '16UC1': _PLAIN['16UC1']}
 ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
 _KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
           (np.dtype(np.uint8), 4): 'bgra8'}
+_FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 _AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix describes the image before Exif rotates it
 
 
@@ -134,6 +135,16 @@ def to_compressed(array, kind='jpeg', header=None, encoding=None, options=()):
     if header is not None:
         image.header = header
     return image
+
+
+def to_cloud(points, colour, encoding, header):
+    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours in bgr8 or rgb8."""
+    height, width = points.shape[:2]
+    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to add a fourth channel
+    four = cv2.cvtColor(colour, cv2.COLOR_BGR2BGRA if encoding == 'bgr8' else cv2.COLOR_RGB2BGRA)
+    packed.view(np.uint32)[..., 3] = four.view(np.uint32)[..., 0] & 0xFFFFFF
+    return PointCloud2(header=header, height=height, width=width, fields=_FIELDS, point_step=16, row_step=16 * width,
+                       is_dense=False, data=packed.tobytes())
 
 
 def _converted(array, code):

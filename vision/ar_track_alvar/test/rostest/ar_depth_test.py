@@ -10,7 +10,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from alvar_core import bundles, rotations
-from robotont_gazebo.camera_node import cloud
+from rospy_support.images import to_cloud
 from rostest_support.common import release, run
 from rostest_support.marker_scenes import Placed
 from rostest_support.markers import CAMERA, FRAME, PLACED, TrackerCase, camera_info, picture, stays_away
@@ -39,7 +39,7 @@ class DepthTest(TrackerCase):
         """Return a camera that shows markers in clouds with these points."""
         camera = self.camera(kind=PointCloud2, **options)
         colour = np.repeat(picture(*placed)[..., None], 3, 2)
-        camera.info, camera.image = camera_info(), cloud(Header(), points, colour)
+        camera.info, camera.image = camera_info(), to_cloud(points, colour, 'bgr8', Header())
         return camera
 
     def test_ar_depth_poses(self):
@@ -79,7 +79,7 @@ class DepthTest(TrackerCase):
         plain.fields = good.fields[:3]
         short.data = good.data[:1000]
         moved = points_of(*PLACED.values())[..., [2, 0, 1]] * np.float32([1, -1, -1])  # x ahead: not an optical frame
-        turned.data = cloud(Header(), moved, np.repeat(picture(*PLACED.values())[..., None], 3, 2)).data
+        turned.data = to_cloud(moved, np.repeat(picture(*PLACED.values())[..., None], 3, 2), 'bgr8', Header()).data
         for message, topic, said in ((row, 'image', 'it is not organised'), (plain, 'image', 'it has no colours'),
                                      (short, 'image', 'it has 1000 bytes of data'),
                                      (turned, 'info', 'px away from the pixels that show them')):

@@ -1,5 +1,5 @@
 // Rows grouped by the first part of their names: /turtle1, /camera; names without a namespace come first.
-import {el} from '../../app/dom.js';
+import {el, store, stored} from '../../app/dom.js';
 import {setText} from './parts.js';
 import {clean} from './values.js';
 
@@ -14,7 +14,8 @@ export class NamespaceList {
   // `id`: under which the closed ones are kept.
   constructor(id) {
     this._key = `closed namespaces of ${id}`;
-    this._closed = new Set(read(this._key));
+    const closed = stored(this._key);
+    this._closed = new Set(Array.isArray(closed) ? closed : []);
     this._groups = new Map(); // namespace: {element, summary, rows}
     this.element = el('div', {class: 'namespaces'});
   }
@@ -66,18 +67,7 @@ export class NamespaceList {
   _keep(namespace, open) {
     if (open) this._closed.delete(namespace);
     else this._closed.add(namespace);
-    try {
-      localStorage.setItem(this._key, JSON.stringify([...this._closed]));
-    } catch { /* private windows have no storage */ }
-  }
-}
-
-function read(key) {
-  try {
-    const found = JSON.parse(localStorage.getItem(key));
-    return Array.isArray(found) ? found : [];
-  } catch {
-    return [];
+    store(this._key, [...this._closed]);
   }
 }
 

@@ -3,7 +3,6 @@
 
 import {cssColour} from '../../app/dom.js';
 import {WorldMap} from '../../app/map.js';
-import {compose} from '../../app/transforms.js';
 
 const ARROW = 0.12;       // [m] of a particle
 const MARGIN = 0.4;       // [m]
@@ -65,7 +64,7 @@ export class NavigationMap extends WorldMap {
   _drawOver(context) {
     for (const [name, grid] of this.grids) if (!this.hidden.has(name)) this._drawCells(context, grid);
     if (this.cloud && !this.hidden.has('particles')) this._in(context, this.cloud.frame, () => this._drawParticles(context));
-    if (this.rays && !this.hidden.has('scan')) this._in(context, this.rays.frame, () => this._drawRays(context));
+    if (this.rays && !this.hidden.has('scan')) this._in(context, this.rays.frame, () => this._drawPoints(context, this.rays.points));
     for (const [name, line] of this.lines) {
       if (!this.hidden.has(name)) this._in(context, line.frame, () => this._drawLine(context, line));
     }
@@ -77,25 +76,15 @@ export class NavigationMap extends WorldMap {
   // Draw something in a frame, if its pose in the map is known.
   _in(context, frame, draw) {
     const pose = this._poseOf(frame);
-    if (!pose) return;
-    context.save();
-    context.translate(pose.x, pose.y);
-    context.rotate(pose.yaw);
-    draw();
-    context.restore();
+    if (pose) this._at(context, pose, draw);
   }
 
-  _drawCells(context, {frame, x, y, yaw, resolution, canvas}) {
-    const outer = this._poseOf(frame);
-    if (!outer) return;
-    const pose = compose(outer, {x, y, yaw});
-    context.save();
-    context.translate(pose.x, pose.y);
-    context.rotate(pose.yaw);
-    context.scale(resolution, resolution);
-    context.imageSmoothingEnabled = false;
-    context.drawImage(canvas, 0, 0);  // y is up, as in the grid
-    context.restore();
+  _drawCells(context, grid) {
+    this._in(context, grid.frame, () => this._at(context, grid, () => {
+      context.scale(grid.resolution, grid.resolution);
+      context.imageSmoothingEnabled = false;
+      context.drawImage(grid.canvas, 0, 0);  // y is up, as in the grid
+    }));
   }
 
   _drawParticles(context) {
@@ -107,12 +96,6 @@ export class NavigationMap extends WorldMap {
       context.lineTo(x + ARROW * Math.cos(yaw), y + ARROW * Math.sin(yaw));
     }
     context.stroke();
-  }
-
-  _drawRays(context) {
-    context.fillStyle = cssColour('--series-2');
-    const size = 3 * this._pixel;
-    for (const {x, y} of this.rays.points) context.fillRect(x - size / 2, y - size / 2, size, size);
   }
 
   _drawLine(context, {points, colour, closed}) {

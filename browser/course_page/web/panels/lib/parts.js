@@ -1,5 +1,9 @@
-// Parts of forms, timers and files that all panels use. Texts become text nodes: nothing from ROS is ever HTML.
-import {el, fill} from '../../app/dom.js';
+// Parts of forms and files that panels use. Texts become text nodes: nothing from ROS is ever HTML.
+import {el, fill, styleSheet} from '../../app/dom.js';
+
+export {Panel, Scope} from '../../app/scope.js';
+
+styleSheet('panels/panels.css');
 
 let numbers = 0;
 
@@ -56,61 +60,6 @@ function yaml(value) {
     return `{${Object.entries(value).map(([name, part]) => `${name}: ${yaml(part)}`).join(', ')}}`;
   }
   return {NaN: '.nan', Infinity: '.inf', '-Infinity': '-.inf'}[value] || JSON.stringify(value);
-}
-
-// The subscriptions, timers and listeners that a panel must end.
-export class Scope {
-  constructor(ros) {
-    this.ros = ros;
-    this.ended = false;
-    this._ends = new Set();
-  }
-
-  // Call a function at the end; return one that calls it earlier.
-  add(end) {
-    const once = () => {
-      if (this._ends.delete(once)) end();
-    };
-    this._ends.add(once);
-    if (this.ended) once();
-    return once;
-  }
-
-  listen(target, name, listener, options) {
-    target.addEventListener(name, listener, options);
-    return this.add(() => target.removeEventListener(name, listener, options));
-  }
-
-  // Call `work` now and again `seconds` after it has ended, while the page is visible and ROS is connected; `work` may
-  // be async, `failed` gets its error. Return a function that asks for a call at once.
-  every(seconds, work, failed = console.error) {
-    let timer = null;
-    let running = false;
-    let again = false;
-    const run = async () => {
-      clearTimeout(timer);
-      again = running;
-      if (running || this.ended) return;
-      running = true;
-      try {
-        if (!document.hidden && this.ros.connected) await work();
-      } catch (error) {
-        if (!this.ended) failed(error);
-      }
-      running = false;
-      if (!this.ended) timer = setTimeout(run, again ? 0 : seconds * 1000);
-    };
-    this.add(() => clearTimeout(timer));
-    this.listen(document, 'visibilitychange', () => document.hidden || run());
-    this.add(this.ros.onState(() => this.ros.connected && run()));
-    run();
-    return run;
-  }
-
-  end() {
-    this.ended = true;
-    for (const end of [...this._ends]) end();
-  }
 }
 
 // Let the browser save a text or a Blob as a file.

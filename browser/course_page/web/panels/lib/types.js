@@ -1,6 +1,5 @@
 // The fields of messages and services, from rosapi.
 
-export const TIMES = new Set(['time', 'duration']);
 const PRIMITIVES = new Set(['bool', 'byte', 'char', 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64',
                             'uint64', 'float32', 'float64', 'string', 'time', 'duration']);
 const SINGLE = -1; // rosapi's fieldarraylen of a field that is not an array

@@ -204,7 +204,6 @@ class Attempt:
         self.flooded = False  # the simulator was busy with what the nodes sent it
 
     def attempted(self, verdict):
-        """Return everything as an Attempted."""
         self.observed.source = static_analysis.source(self._command)
         verdict = symptoms.advise(self.exercise, self.observed, verdict)
         return Attempted(verdict, self.observed, tuple(self.remarks), self._policy.lockstep, self.busy, self.flooded,
@@ -263,7 +262,6 @@ class Attempt:
         return simulator
 
     def _start_beside(self, box):
-        """Start the nodes that the exercise wants beside the simulator."""
         if not self.exercise.beside:
             return
         try:
@@ -445,7 +443,6 @@ class Attempt:
         return student.cpu(), servers, time.monotonic()
 
     def _is_late(self):
-        """Return whether the time of the attempt is over."""
         return time.monotonic() > self._deadline
 
     def _check_servers(self, simulator):
@@ -551,10 +548,7 @@ class Attempt:
 
     def _was_there(self):
         """Return whether a node of the student has ever run: the master logs even one that ends immediately."""
-        return self._students or any(node not in self._own() for _, _, node in self._registrations())
-
-    def _registrations(self):
-        return forked.registrations(self._master_log)
+        return self._students or any(node not in self._own() for _, _, node in forked.registrations(self._master_log))
 
     def _own(self):
         return {self._node, self._simulator, *self._beside}
@@ -568,7 +562,7 @@ class Attempt:
             return
         own = self._own()
         self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
-        for kind, name, node in self._registrations():  # also of names that came and went since the last poll
+        for kind, name, node in forked.registrations(self._master_log):  # also of names that were there between polls
             if node not in own and name not in OF_EVERY_NODE:
                 self.observed.connections.add((name, ROLES[kind]))
             if kind == 'PUB' and name in self._fakes and node not in own:
@@ -595,7 +589,6 @@ def _flooded(before, after, seconds, used=0.0):
 
 
 def _subscribers(master, topic):
-    """Return the names of the nodes that subscribe to a topic."""
     return {node for name, users in master.getSystemState()[1] if name == topic for node in users}
 
 

@@ -74,7 +74,6 @@ class WakingPool(rosmaster.threadpool.MarkedThreadPool):
             self._changed.notify_all()
 
     def get_next_task(self):
-        """Wait for a task and return it."""
         with self._changed:
             while True:
                 task = super().get_next_task()
@@ -137,7 +136,6 @@ def _run_master(sender, admits):
 
 
 def _become(name, run, arguments, log, parent):
-    """Become another program."""
     processes.end_with_parent(signal.SIGKILL, parent)
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_DFL)

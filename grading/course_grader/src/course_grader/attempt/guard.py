@@ -1,4 +1,4 @@
-"""Attributes what arrives over ROS to processes, as the kernel says (isolation/peers.py): a name in a message is free.
+"""Attributes what arrives over ROS to processes, as the kernel says (plain_support.sockets): names are free.
 
 In the master, the simulator and the grader:
 
@@ -14,7 +14,7 @@ Threads: all but ``refused`` run in those of connections, in this process and in
 import contextlib
 import os
 
-from course_grader.isolation import peers
+from plain_support import sockets
 from rospy_support import rospy_internals
 from rospy_support.inbound import SocketWatch
 from rospy_support.slave_server import SlaveServer
@@ -48,7 +48,7 @@ class Guard:
         """Return whether a call may be made; report one that may not, if it is the program's."""
         if method not in WHAT:
             return True
-        peer = peers.of(connection)
+        peer = sockets.peer(connection)
         if self._is_own(peer):
             return True
         if self._user is None or peer and peer.user == self._user:
@@ -58,17 +58,17 @@ class Guard:
 
     def admits(self, connection):
         """Return whether the program or a process of the grading's user holds the other end of a connection."""
-        return self._user is None or self._is_known(peers.of(connection))
+        return self._user is None or self._is_known(sockets.peer(connection))
 
     def holder(self, connection):
         """Return who holds the other end of a connection that this process has made; '': somebody else."""
-        peer = peers.of(connection)
+        peer = sockets.peer(connection)
         if self._is_own(peer):
             return GRADING
         return PROGRAM if self._user is None or self._is_known(peer) else ''
 
     def _is_own(self, peer):
-        return bool(peer and peer.inode) and peers.holds({os.getpid(), *self._own}, peer.inode)
+        return bool(peer and peer.inode) and sockets.holds({os.getpid(), *self._own}, peer.inode)
 
     def _is_known(self, peer):
         return peer is not None and peer.user in (self._user, os.geteuid())

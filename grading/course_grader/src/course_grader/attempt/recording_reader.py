@@ -52,7 +52,6 @@ class RecordingReader:
                 self._take(row)
 
     def close(self):
-        """Stop reading."""
         with self._lock:
             if self._file:
                 self._file.close()

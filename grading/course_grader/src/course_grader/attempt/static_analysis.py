@@ -160,7 +160,6 @@ def _text(path):
 
 
 def _begins(path, pattern):
-    """Return whether the first line of a file matches."""
     return bool(pattern.match(b''.join(read(path, FIRST_LINE).partition(b'\n')[:2])))
 
 

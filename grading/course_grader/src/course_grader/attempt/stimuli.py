@@ -53,18 +53,18 @@ class Stimuli:
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
     def start(self):
-        """Start all of them."""
         if any(thread.name not in OF_STEPS for thread in self._threads):
             self._link.follow()
         for thread in self._threads:
             thread.start()
 
     def done(self):
-        """Return whether all are done."""
         return not any(thread.is_alive() for thread in self._threads)
 
     def _do(self, what, values, drawn):
         try:
+            if 'after' in values:
+                rospy.sleep(max(0.0, values['after'] - self._now()))
             getattr(self, f'_{what}')(values, drawn)
         except (rospy.ROSException, OSError):  # time has stopped or jumped, or the simulator has ended
             pass
@@ -73,7 +73,6 @@ class Stimuli:
         return rospy.get_time() - self._zero
 
     def _drive(self, values, velocities):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         rate = rospy.Rate(DRIVE_RATE)
         while self._now() < values['after'] + values['for']:
             leg = int((self._now() - values['after']) / random_stimuli.LEG)
@@ -81,7 +80,6 @@ class Stimuli:
             rate.sleep()
 
     def _call(self, values, requests):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         service_class = roslib.message.get_service_class(values['type'])
         for number, request in enumerate(requests):
             start = self._now()
@@ -115,7 +113,6 @@ class Stimuli:
         return Call(start, service, request, not trouble, trouble)
 
     def _goals(self, values, orders):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         seen = collections.Counter()  # {id of a goal: messages of feedback}; the client drops those after a result
         rospy.Subscriber(f'{values["action"]}/feedback', FibonacciActionFeedback,
                          lambda feedback: seen.update([feedback.status.goal_id.id]))
@@ -143,12 +140,10 @@ class Stimuli:
             rospy.sleep(POLL)
 
     def _carry(self, values, poses):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         self._link.carry(*poses[0])
         self._observed.carried.append(self._now() + self._observed.start)
 
     def _move(self, values, _):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         name, pose = values['panel'], values['to']
 
         def moved(seconds):
@@ -157,7 +152,6 @@ class Stimuli:
         self._link.move(name, *pose, moved)
 
     def _destinations(self, values, _):
-        rospy.sleep(max(0.0, values['after'] - self._now()))
         client = actionlib.ActionClient('/move_base', MoveBaseAction)
         if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
             return
@@ -166,10 +160,14 @@ class Stimuli:
             goal = client.send_goal(MoveBaseGoal(PoseStamped(Header(stamp=rospy.Time.now(), frame_id='map'), pose)))
             self._wait_for_result(goal, self._time)
 
-    def _markers(self, values, shows):
+    def _heard_publisher(self, values):
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
         while publisher.get_num_connections() == 0 and self._now() < values['for']:
             rospy.sleep(POLL)
+        return publisher
+
+    def _markers(self, values, shows):
+        publisher = self._heard_publisher(values)
         repeats = max(1, round(TRACKER_RATE / values['rate']))
         rate = rospy.Rate(repeats * values['rate'])
         for markers in shows:
@@ -180,9 +178,7 @@ class Stimuli:
                 rate.sleep()
 
     def _turns(self, values, poses):
-        publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
-        while publisher.get_num_connections() == 0 and self._now() < values['for']:
-            rospy.sleep(POLL)
+        publisher = self._heard_publisher(values)
         rate = rospy.Rate(TRACKER_RATE)
         for pose in poses:
             for what, angle in zip(ANGLES, pose or (math.nan,) * len(ANGLES)):
@@ -252,7 +248,6 @@ class Stimuli:
 
 
 def _split_message(message_class, names, stamp, sectors):
-    """Return a message of one of SPLITS."""
     fields = {pattern.format(side): value for side in ('left', 'center', 'right')
               for pattern, value in zip(names, getattr(sectors, side))}
     message = message_class(**fields)

@@ -147,7 +147,6 @@ def _printed(path: str, one: Graded) -> str:
 
 
 def _content(path: str) -> bytes:
-    """Return the content of a file, b'' if it does not exist."""
     if not os.path.isfile(path):
         return b''
     with open(path, 'rb') as file:

@@ -31,7 +31,6 @@ class ClassError(Exception):
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that --all and --merge have in common."""
     parser.add_argument('--output', metavar='DIR', default=OUTPUT, help='folder for the results (default: %(default)s)')
     parser.add_argument('--format', choices=(systems.TEXT, *PRINTED), default=systems.TEXT,
                         help='what is printed: a table for people, or grades.csv or junit.xml and nothing else '
@@ -140,7 +139,6 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
 
 
 def fail(error: Exception) -> int:
-    """Print an error; return the exit code of wrong usage."""
     text = _advice(error) if isinstance(error, OSError) else str(error)
     say(f'./run grade: {harmless.printed(text)}', sys.stderr)
     return exit_codes.USAGE

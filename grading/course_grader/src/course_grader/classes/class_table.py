@@ -27,7 +27,6 @@ class Class(NamedTuple):
     similar: Sequence[Pair] = ()
 
     def weight(self, exercise: str) -> float:
-        """Return the weight of an exercise in the mean."""
         return self.weights.get(exercise, 1.0)
 
     def best(self) -> Best:

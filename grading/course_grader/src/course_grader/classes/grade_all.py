@@ -50,7 +50,6 @@ class Found(NamedTuple):
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog='./run grade --all', description=(__doc__ or '').split('\n\n')[0])
     made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student, or a ZIP that Moodle, '
                       'Canvas or Gradescope gives to download; see docs/grading.md')
@@ -133,7 +132,6 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
 
 
 def _class(options: argparse.Namespace, exercises: Dict[str, str], load: Load = exercise.load) -> Found:
-    """Return the content of the folder of the class."""
     if not os.path.exists(options.folder):
         raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})')
     if not os.path.isdir(options.folder) and not options.folder.lower().endswith(downloads.ZIP):

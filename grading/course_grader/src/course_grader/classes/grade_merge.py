@@ -21,7 +21,6 @@ from course_grader.supervision.supervisor import RESULTS
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog='./run grade --merge', description=(__doc__ or '').split('\n\n', 1)[1])
     made.add_argument('parts', metavar='DIR', nargs='+', help='an output folder of ./run grade --all')
     class_results.add_options(made)

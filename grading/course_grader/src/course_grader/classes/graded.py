@@ -56,7 +56,6 @@ class Graded(NamedTuple):
 
     @property
     def outcome(self) -> str:
-        """Return passed, failed or undecided."""
         return self.verdict.outcome
 
     @property
@@ -75,7 +74,6 @@ def undecided(submission: Submission, folder: str, reason: str, seconds: float =
 
 
 def folder_of(submission: Submission, output: str) -> str:
-    """Return the folder of the results of a submission."""
     return os.path.join(output, *map(name_of_folder, filter(None, (submission.student, submission.exercise,
                                                                    submission.attempt))))
 

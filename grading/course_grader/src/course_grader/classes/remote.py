@@ -62,7 +62,6 @@ class Parcel(NamedTuple):
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this module."""
     parser.add_argument('--dask', metavar='SCHEDULER', type=_address, help='grade on the workers of a Dask cluster: '
                         'tcp://127.0.0.1:8786 on this machine, else tls://HOST:8786 with --dask-key; see '
                         'docs/grading.md')

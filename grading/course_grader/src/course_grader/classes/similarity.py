@@ -43,7 +43,6 @@ class Pair(NamedTuple):
     texts: Tuple[str, str] = ('', '')
 
     def text(self) -> str:
-        """Return it as a line."""
         return f'{self.exercise}: {self.first} and {self.second} have {self.share:.0%} in common'
 
 

@@ -61,7 +61,6 @@ class LeftOut(NamedTuple):
     reason: str
 
     def text(self) -> str:
-        """Return it as a line for people."""
         return f'{"/".join(filter(None, (self.student, self.name)))}: {self.reason}'
 
 

@@ -82,7 +82,6 @@ def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
 
 
 def png(drawn: Drawing) -> bytes:
-    """Return the picture as PNG."""
     image = np.full((SIZE, SIZE, 3), 255, np.uint8)
     for style, points in drawn.lines:
         colour = tuple(int(STYLES[style][0][start:start + 2], 16) for start in (5, 3, 1))

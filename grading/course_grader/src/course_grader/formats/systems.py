@@ -85,7 +85,6 @@ def check(name: str, place: Place) -> None:
 
 
 def rendered(name: str, grading: Grading, place: Place) -> Written:
-    """Return a grading in the format ``name``."""
     return FORMATS[name](grading, place)
 
 

@@ -22,7 +22,6 @@ ENVIRONMENT = jinja2.Environment(loader=jinja2.FileSystemLoader(str(FOLDER)), au
 
 
 def rendered(name: str, **values: Any) -> str:
-    """Return the template ``name`` with these values filled in."""
     return ENVIRONMENT.get_template(name).render(values)
 
 

@@ -57,7 +57,6 @@ class User:
         raise OSError('no user id is free')
 
     def close(self) -> None:
-        """Release the user id."""
         os.close(self._lock)
 
 

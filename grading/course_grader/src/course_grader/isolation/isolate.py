@@ -7,7 +7,6 @@ from course_grader.isolation.confinement import Isolation
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add all of them."""
     levels.add_options(parser)
     limits.add_options(parser)
 

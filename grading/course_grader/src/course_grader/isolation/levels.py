@@ -37,7 +37,6 @@ CAPABLE = Machine()
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose a level."""
     group = parser.add_argument_group('isolation of a program; default: the strongest level that this machine supports')
     group.add_argument(OPTION, choices=LEVELS, metavar='LEVEL', help='use this level: ' + ', '.join(LEVELS))
     group.add_argument(REQUIRED, choices=LEVELS, default=NONE, metavar='LEVEL',

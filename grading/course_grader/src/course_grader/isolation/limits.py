@@ -38,7 +38,6 @@ HIGHEST = 10 ** 6
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add an option for each limit."""
     group = parser.add_argument_group('limits of a program, which fails when it exceeds one')
     for name, default in Limits()._asdict().items():
         unit, meaning = MEANINGS[name]
@@ -47,12 +46,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def option(name: str) -> str:
-    """Return the option of a limit."""
     return f'--max-{name.replace("_", "-")}'
 
 
 def chosen(options: argparse.Namespace) -> Limits:
-    """Return the Limits of a command line."""
     return Limits(**{name: getattr(options, f'max_{name}') for name in Limits._fields})
 
 
@@ -111,7 +108,6 @@ class Meter:
 
 
 def reason(name: str, limit: int) -> str:
-    """Return the text about a limit that was exceeded."""
     unit, meaning = MEANINGS[name]
     unit = {'N': '', 'MB': ' MB', 'SECONDS': ' s'}[unit]
     return f'the program exceeded a limit: {meaning.partition(";")[0]}: {limit}{unit} ({option(name)})'

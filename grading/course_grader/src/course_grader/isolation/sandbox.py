@@ -270,7 +270,6 @@ class Program:
 
 
 def remove_folders(folder: str) -> None:
-    """Remove the folders that a Sandbox has made."""
     _remove([os.path.join(folder, name) for name in (*FOLDERS.values(), PROGRAM)])
 
 
@@ -290,7 +289,9 @@ class Student:
             self._program = sandbox.start(command)
         except OSError as error:
             raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
-        self.process = self._program.process
+        self.process, self.exit_code = self._program.process, self._program.exit_code
+        self.exceeded_limit, self.cpu = self._program.exceeded_limit, self._program.cpu
+        self.greedy = self._program.greedy
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
@@ -319,22 +320,6 @@ class Student:
                 logged = ROSCONSOLE.match(text)
                 self.lines.append(OutputLine(self._now(), text[logged.end():], logged.group(1)) if logged else
                                   OutputLine(self._now(), text))
-
-    def exit_code(self) -> Optional[int]:
-        """Return its exit code, or None while it runs; raise IsolationError if it was never started."""
-        return self._program.exit_code()
-
-    def exceeded_limit(self) -> str:
-        """Return which limit it has exceeded, and was ended for, or ''."""
-        return self._program.exceeded_limit()
-
-    def cpu(self) -> float:
-        """Return the processor time [s] that its processes have used."""
-        return self._program.cpu()
-
-    def greedy(self) -> bool:
-        """Return whether it wanted many cores at a time, and since then gets only those that are idle."""
-        return self._program.greedy()
 
     def has_children(self) -> bool:
         """Return whether it has started other processes that still run."""

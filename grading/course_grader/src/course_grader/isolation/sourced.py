@@ -28,7 +28,6 @@ class Sourced(NamedTuple):
                    for name, folder in self.packages)
 
     def folders(self) -> List[str]:
-        """Return the folders of the packages."""
         return [folder for _, folder in self.packages]
 
     def built(self) -> List[str]:

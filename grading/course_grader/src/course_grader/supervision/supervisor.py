@@ -63,22 +63,14 @@ class Retry(NamedTuple):
     alone: bool = False
 
 
-def _was_busy(got: Attempted) -> bool:
-    return got.lockstep and bool(got.busy)
-
-
 def _was_slow(got: Attempted) -> bool:
     return got.verdict.outcome == scoring.UNDECIDED and not got.observed.kept_up
 
 
-def _was_broken(got: Attempted) -> bool:
-    return got.broken
-
-
 RETRIES = (  # the first that applies and was not used yet counts
-    Retry('busy', _was_busy, True, math.inf,
+    Retry('busy', lambda got: got.lockstep and bool(got.busy), True, math.inf,
           '{busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.'),
-    Retry('broken', _was_broken, False, math.inf, 'Grading again, because {reason}', alone=True),
+    Retry('broken', lambda got: got.broken, False, math.inf, 'Grading again, because {reason}', alone=True),
     Retry('slow', _was_slow, False, MAX_REPEATED, 'Grading again, because {reason}'),
     Retry('slow again', _was_slow, True, MAX_REPEATED, 'Grading again, because {reason}'),
     Retry('alone', _was_slow, False, math.inf, 'Grading again, alone and with more time, because {reason}', alone=True),
@@ -110,7 +102,6 @@ def final(got: Attempted, busy: str, again: bool = False) -> Attempted:
 
 
 def remove_results(folder: str) -> None:
-    """Remove the results of an earlier grading from a folder."""
     _remove(folder, RESULTS)
 
 
@@ -274,7 +265,6 @@ class Supervisor:
         self._stop.set()
 
     def stopped(self) -> bool:
-        """Return whether ``stop`` was called."""
         return self._stop.is_set()
 
     def _grade(self, job: Job, limit: Optional[float], say: Callable[[str], object]) -> Attempted:
@@ -347,7 +337,6 @@ class Supervisor:
 
 
 def _be_an_attempt(attempt: ModuleType, job: Job) -> Union[Attempted, OSError]:
-    """Grade once, in this process of the attempt's own."""
     try:
         with open(os.path.join(job.output, LOG), 'wb') as log:
             for stream in (1, 2):

@@ -82,7 +82,6 @@ class ParticleFilter:
             self._resample(scan)
 
     def estimate(self) -> Estimate:
-        """Return the Estimate."""
         cluster = self._clusters()
         heaviest = np.argmax(np.bincount(cluster, self.weights))
         inside = cluster == heaviest

@@ -33,12 +33,10 @@ class GridMap:
 
     @property
     def width(self) -> int:
-        """The number of columns."""
         return int(self.cells.shape[1])
 
     @property
     def height(self) -> int:
-        """The number of rows."""
         return int(self.cells.shape[0])
 
     def to_world(self, columns: Indices, rows: Indices) -> Tuple[Any, Any]:
@@ -57,7 +55,6 @@ class GridMap:
         return columns.astype(np.int64), rows.astype(np.int64)
 
     def contains(self, columns: Indices, rows: Indices) -> Union[bool, Array]:
-        """Return whether cells lie in the map."""
         return (columns >= 0) & (columns < self.width) & (rows >= 0) & (rows < self.height)
 
     def values(self, columns: Array, rows: Array) -> Array:

@@ -80,7 +80,6 @@ class Costmap:
         return self.x + (columns + 0.5) * self.resolution, self.y + (rows + 0.5) * self.resolution
 
     def inside(self, columns: Array, rows: Array) -> Array:
-        """Return whether cells lie in the costmap."""
         height, width = self.shape
         result: Array = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
         return result

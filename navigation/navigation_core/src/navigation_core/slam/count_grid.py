@@ -38,7 +38,6 @@ class CountGrid:
                         'distance': np.full((rows, columns), FARTHEST, np.float32)}
 
     def copy(self) -> 'CountGrid':
-        """Return an independent copy."""
         other = object.__new__(CountGrid)
         other.resolution, other.corner = self.resolution, self.corner.copy()
         other._layers = {name: layer.copy() for name, layer in self._layers.items()}

@@ -13,20 +13,12 @@ from gazebo_ros.core import robots
 from gazebo_ros.core.vehicle import DT, Vehicle
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.floor_plan import EMPTY, Box, Cylinder, FloorPlan, Panel, Shape
-from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D
+from kinematic_core.worlds.models import Models, State, of_robot, of_shape, out_of
+from kinematic_core.worlds.planar import ORIGIN, Pose2D
 from plain_support import InvalidInput, require_sane, shown
 from sim_scene import sdf
 
-WORLD_FRAMES = ('', 'world', 'map')
 FLOOR = 'ground_plane'
-
-
-class State(NamedTuple):
-    """Pose in the plane, height ``z`` [m], and velocity along the axes of the frame that the pose is in."""
-
-    pose: Pose2D
-    z: float
-    twist: Twist2D = STILL
 
 
 class Model(NamedTuple):
@@ -39,8 +31,10 @@ class Model(NamedTuple):
     start: Pose2D
 
 
-class GazeboWorld:
+class GazeboWorld(Models):
     """All models by their names. Public and read-only: ``plan``, ``vehicles``, ``steps``."""
+
+    known = 'there are'
 
     def __init__(self, plan: FloorPlan = EMPTY) -> None:
         """Begin with the colours of a FloorPlan, and a model for each of its shapes."""
@@ -50,9 +44,8 @@ class GazeboWorld:
         self._links: Dict[str, Tuple[Tuple[str, np.ndarray], ...]] = {}  # of robots
         self._models: Dict[str, Model] = {FLOOR: Model(ORIGIN, 0.0, (), (('link', np.eye(4)),), ORIGIN)}
         for shape in plan.shapes():
-            pose = Pose2D(shape.x, shape.y, getattr(shape, 'yaw', 0.0))
-            height = shape.size if isinstance(shape, Panel) else shape.height
-            self._models[shape.name] = Model(pose, shape.bottom + height / 2.0, (shape,), (('link', np.eye(4)),), pose)
+            state = of_shape(shape)
+            self._models[shape.name] = Model(state.pose, state.z, (shape,), (('link', np.eye(4)),), state.pose)
         self.plan = self._plan_of(self._models)
 
     @property
@@ -137,42 +130,20 @@ class GazeboWorld:
     def states(self) -> List[State]:
         """Return the State of each model in the frame of the world, in the order of ``names``."""
         return [*(State(model.pose, model.z) for model in self._models.values()),
-                *(State(vehicle.pose, 0.0, _turned(vehicle.twist, vehicle.pose.yaw))
-                  for vehicle in self.vehicles.values())]
+                *(of_robot(vehicle.pose, vehicle.twist) for vehicle in self.vehicles.values())]
 
     def links(self) -> List[Tuple[str, State]]:
         """Return (``model::link``, State) of all links, with all joints at zero."""
         found = []
         for name, state in zip(self.names(), self.states()):
             for link, pose in self._links[name] if name in self._links else self._models[name].links:
-                x, y = _out_of(state.pose, float(pose[0, 3]), float(pose[1, 3]))
-                yaw = wrap_angle(state.pose.yaw + math.atan2(pose[1, 0], pose[0, 0]))
-                found.append((f'{name}::{link}', State(Pose2D(x, y, yaw), state.z + float(pose[2, 3]), state.twist)))
+                own = Pose2D(float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0]))
+                found.append((f'{name}::{link}', State(out_of(state.pose, own), state.z + float(pose[2, 3]),
+                                                       state.twist)))
         return found
 
-    def state(self, name: str, frame: str = '') -> State:
-        """Return the State of a model or a link ``model::link`` in a frame; raise InvalidInput for unknown names."""
-        found = self._find(name, 'model')
-        if frame in WORLD_FRAMES:
-            return found
-        reference = self._find(frame, 'frame')
-        dx, dy = found.pose.x - reference.pose.x, found.pose.y - reference.pose.y
-        cos, sin = math.cos(reference.pose.yaw), math.sin(reference.pose.yaw)
-        pose = Pose2D(cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(found.pose.yaw - reference.pose.yaw))
-        return State(pose, found.z - reference.z, _turned(found.twist, -reference.pose.yaw))
-
-    def in_world(self, pose: Pose2D, frame: str = '') -> Pose2D:
-        """Convert a pose in ``frame`` to the frame of the world; raise InvalidInput if ``frame`` is unknown."""
-        if frame in WORLD_FRAMES:
-            return pose
-        reference = self._find(frame, 'frame').pose
-        return Pose2D(*_out_of(reference, pose.x, pose.y), wrap_angle(reference.yaw + pose.yaw))
-
-    def _find(self, name: str, what: str) -> State:
-        found = dict(self.links()) if '::' in name else dict(zip(self.names(), self.states()))
-        if name not in found:
-            raise InvalidInput(f'there is no {what} {shown(name)}; there are: {", ".join(found)}')
-        return found[name]
+    def _candidates(self, name: str) -> Dict[str, State]:
+        return dict(self.links()) if '::' in name else super()._candidates(name)
 
     def _set_models(self, models: Dict[str, Model]) -> None:
         """Replace the models, unless a shape is impossible or would overlap a robot."""
@@ -196,17 +167,6 @@ class GazeboWorld:
 
 def _of(kind: type, shapes: Sequence[Shape]) -> tuple:  # type: ignore[type-arg]  # of one kind of shape
     return tuple(shape for shape in shapes if isinstance(shape, kind))
-
-
-def _out_of(frame: Pose2D, x: float, y: float) -> Tuple[float, float]:
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return frame.x + cos * x - sin * y, frame.y + sin * x + cos * y
-
-
-def _turned(twist: Twist2D, angle: float) -> Twist2D:
-    cos, sin = math.cos(angle), math.sin(angle)
-    return Twist2D(cos * twist.linear_x - sin * twist.linear_y, sin * twist.linear_x + cos * twist.linear_y,
-                   twist.angular_z)
 
 
 def _moved(shape: Shape, old: Pose2D, new: Pose2D) -> Shape:

@@ -62,7 +62,6 @@ class Vehicle:
 
     @property
     def touching(self) -> bool:
-        """Return whether it touched an obstacle in the last step."""
         return self._world.touching
 
     @property

@@ -43,11 +43,9 @@ class Artwork:
         cv2.ellipse(self.pixels, middle.tolist(), axes, degrees, 0, 360, (*colour, 255), -1, 8, 4)
 
     def polygon(self, points: Sequence[Point], colour: Colour) -> None:
-        """Fill a polygon."""
         cv2.fillPoly(self.pixels, [_fine(points)], (*colour, 255), 8, 4)
 
     def line(self, points: Sequence[Point], colour: Colour, width: float) -> None:
-        """Draw a line through all points."""
         cv2.polylines(self.pixels, [_fine(points)], False, (*colour, 255), round(width * FINE), 8, 4)
 
 

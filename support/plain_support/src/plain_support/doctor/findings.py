@@ -39,7 +39,6 @@ def packages_unavailable(packages: Iterable[str]) -> Finding:
 
 
 def packages_forbidden(packages: Iterable[str]) -> Finding:
-    """Debian packages are missing, and this user cannot become root."""
     return Finding('packages_forbidden', 'Debian packages are missing, and there is no sudo to install them',
                    f'ask an administrator to type apt-get install -y --no-install-recommends {" ".join(packages)}')
 
@@ -64,13 +63,11 @@ def addresses_limited(limit: float, needed: float) -> Finding:
 
 
 def loopback_down(said: str) -> Finding:
-    """Programs of this machine cannot reach each other."""
     return Finding('loopback_down', f'nothing on this machine can reach 127.0.0.1 ({said}), so no node finds '
                    'its master', 'type sudo ip link set lo up')
 
 
 def no_network(packages: int) -> Finding:
-    """Packages are missing, and there is no way to the internet."""
     return Finding('no_network', f'{packages} Debian packages are missing, and this machine has no network to '
                    'load them from',
                    'check the cable or the wifi (ip route shows no default), or set http_proxy')
@@ -84,13 +81,11 @@ def workspace_impossible(workspace: str, folder: str, user: str) -> Finding:
 
 
 def folder_not_writable(folder: str, owner: str, user: str) -> Finding:
-    """A folder for this user's files belongs to another user, usually because a command ran with sudo."""
     return Finding('folder_not_writable', f'{user} cannot write to {folder}, which belongs to {owner}',
                    f'type sudo chown -R {user} {folder}')
 
 
 def python_shadowed(python: str, why: str, cure: str, fails: bool) -> Finding:
-    """Another Python than that of ROS is the first in the PATH."""
     return Finding('python_shadowed', f'python3 is {python}{why}, where ROS is not installed', cure, fails)
 
 
@@ -102,12 +97,10 @@ def foreign_variable(name: str, value: str, inside: bool) -> Finding:
 
 
 def opencv_unusable(python: str, said: str) -> Finding:
-    """The workspace's Python has no OpenCV that the nodes can use."""
     return Finding('opencv_unusable', f'{python}: {said}', 'type ./run clean, then ./run build')
 
 
 def time_set_back(file: str, seconds: float) -> Finding:
-    """The time of a file is in the future."""
     return Finding('time_set_back', f'{file} was written {_span(seconds)} from now: the clock was set back',
                    'set the clock (timedatectl set-ntp true), or type touch on that file', fails=False)
 
@@ -120,7 +113,6 @@ def clock_jumps(seconds: float) -> Finding:
 
 
 def no_isolation(said: str) -> Finding:
-    """Neither bubblewrap nor a user namespace can isolate a graded program."""
     return Finding('no_isolation', f'a program cannot be isolated from this machine ({said})',
                    'grade only programs that you trust, or type sudo apt-get install bubblewrap and '
                    'sudo sysctl kernel.unprivileged_userns_clone=1', fails=False)
@@ -143,7 +135,6 @@ def shell_overridden(file: str) -> Finding:
 
 
 def workspace_not_sourced(workspace: str) -> Finding:
-    """The current folder lies in a catkin workspace that this terminal does not know."""
     return Finding('workspace_not_sourced', f'this terminal does not know the packages of {workspace}',
                    f'type source {workspace}/devel/setup.bash', fails=False)
 
@@ -161,25 +152,21 @@ def no_roscore(uri: str, other: Optional[Tuple[str, str]] = None) -> Finding:
 # ---------------------------------------------------------------------------------------------------- programs
 
 def not_executable(path: str) -> Finding:
-    """A program lacks the permission to be executed."""
     return Finding('not_executable', f'{path} is not executable, so rosrun cannot start it',
                    f'type chmod +x {shlex.quote(path)}', fails=False)
 
 
 def windows_line_ends(path: str) -> Finding:
-    """A program has the line ends of Windows."""
     return Finding('windows_line_ends', f'the lines of {path} end with CR LF (Windows), so Linux does not find the '
                    'interpreter', f"type sed -i 's/\\r$//' {shlex.quote(path)}")
 
 
 def byte_order_mark(path: str) -> Finding:
-    """A program starts with the mark that some editors of Windows write."""
     return Finding('byte_order_mark', f'{path} starts with a byte order mark (Windows), which hides its first line '
                    'from Linux', f"type sed -i '1s/^\\xEF\\xBB\\xBF//' {shlex.quote(path)}")
 
 
 def no_shebang(path: str) -> Finding:
-    """A program does not name its interpreter in the first line."""
     return Finding('no_shebang', f'the first line of {path} is not {SHEBANG}, so the program is run by bash instead of '
                    'Python', f"type sed -i '1i {SHEBANG}' {shlex.quote(path)}")
 
@@ -191,13 +178,11 @@ def wrong_shebang(path: str, line: str, why: str) -> Finding:
 
 
 def wrong_extension(path: str, right: str) -> Finding:
-    """A program has a name such as a.py.txt."""
     return Finding('wrong_extension', f'{path} is a Python program whose name does not end with .py',
                    f'type mv {shlex.quote(path)} {shlex.quote(right)}', fails=False)
 
 
 def outside_package(path: str) -> Finding:
-    """A program is in a workspace, but not in one of its packages."""
     return Finding('outside_package', f'{path} is not in a package, so rosrun cannot find it',
                    'move it into the folder scripts of a package; catkin_create_pkg NAME rospy makes one', fails=False)
 
@@ -217,50 +202,42 @@ def name_without_address(source: str, name: str, cure: str) -> Finding:
 
 
 def address_not_here(source: str, address: str, cure: str) -> Finding:
-    """This machine announces an address that it does not have."""
     return Finding('address_not_here', f'{source} is {address}, which is not an address of this machine: nodes on '
                    'other machines cannot reach its nodes and receive nothing from them', cure)
 
 
 def address_only_here(source: str, address: str, master: str, cure: str) -> Finding:
-    """This machine announces loopback to a master elsewhere."""
     return Finding('address_only_here', f'The master is on another machine ({master}), but {source} is {address}, '
                    'which other machines cannot use: nodes there receive nothing from this one', cure)
 
 
 def bad_master_uri(uri: str) -> Finding:
-    """ROS_MASTER_URI is not the address of a master."""
     return Finding('bad_master_uri', f'ROS_MASTER_URI is {uri!r}, which is not http://HOST:PORT',
                    'type unset ROS_MASTER_URI and open ./run shell again')
 
 
 def master_unreachable(uri: str, said: str) -> Finding:
-    """The machine of the master does not answer."""
     return Finding('master_unreachable', f'no ROS master answers at {uri} on another machine ({said})',
                    'start roscore there, with its ROS_IP set; if you want one here, type unset ROS_MASTER_URI')
 
 
 def port_taken(port: int, holder: str) -> Finding:
-    """Another program uses the master's port."""
     return Finding('port_taken', f"the master's port {port} is taken by {holder}, which is not a ROS master",
                    f'end it, or choose another port: export ROS_MASTER_URI=http://localhost:{port + 1}')
 
 
 def master_hangs(uri: str, holder: str) -> Finding:
-    """A program listens at the master's port, but does not answer."""
     return Finding('master_hangs', f'{holder} has the port of {uri} and does not answer: is it suspended?',
                    'type fg in the terminal of roscore, or end it')
 
 
 def foreign_master(uri: str, user: str, pid: int) -> Finding:
-    """The master belongs to another user of this machine."""
     return Finding('foreign_master', f'the ROS master at {uri} belongs to the user {user} (process {pid}): nodes '
                    'with the same name end each other',
                    'type unset ROS_MASTER_URI, then ./run shell, which gives you a master of your own')
 
 
 def exposed(holder: str, address: str) -> Finding:
-    """A process of ROS listens for other machines, too."""
     return Finding('exposed', f'{holder} listens on {address}: every machine in the network can reach it',
                    'start it with ROS_HOSTNAME=localhost (./run shell sets it); docs/two_machines.md says more',
                    fails=False)
@@ -276,20 +253,17 @@ def stale_parameters(node: str, values: Mapping[str, Any]) -> Finding:
 
 
 def stale_registration(node: str, uri: str) -> Finding:
-    """The master knows a node that does not answer."""
     return Finding('stale_registration', f'{node} is registered at {uri}, but does not answer there',
                    'rosnode cleanup forgets nodes that have ended', fails=False)
 
 
 def no_clock() -> Finding:
-    """Nodes follow a clock that no node publishes."""
     return Finding('no_clock', '/use_sim_time is true, but no node publishes /clock: nodes wait for it forever',
                    'start the simulator with _clock:=true, or type rosparam delete /use_sim_time and start the nodes '
                    'again')
 
 
 def two_clocks(nodes: Iterable[str]) -> Finding:
-    """Several nodes publish the time."""
     return Finding('two_clocks', f'{" and ".join(nodes)} publish /clock, so time will jump',
                    'start one of the simulators with _clock:=false')
 
@@ -301,13 +275,11 @@ def misnamed(who: str, role: str, name: str, meant: str) -> Finding:
 
 
 def nobody_publishes(who: str, name: str) -> Finding:
-    """A node waits for messages on a topic without a publisher."""
     return Finding('nobody_publishes', f'{who} {DOES["subscribes"].format(name)}',
                    'start the node that publishes it, or correct the name; rostopic list shows all topics', fails=False)
 
 
 def two_types(topic: str, users: Sequence[Tuple[str, str]]) -> Finding:
-    """The users of a topic, each (who, type), do not agree on its type."""
     return Finding('two_types', f'both ends of {topic} need the same type: '
                    + ', '.join(f'{who} has {kind}' for who, kind in users),
                    'import the right one: from turtlesim.msg import Pose for the pose of a turtle, from '
@@ -331,7 +303,6 @@ def package_not_to_be_had(name: str, file: str, instead: str, module: bool, fail
 
 
 def python2_program(path: str, line: int, what: str) -> Finding:
-    """A program does not run with Python 3."""
     return Finding('python2_program', f'{path} is written for Python 2: line {line}: {what}',
                    f'type 2to3 -w {shlex.quote(path)} (sudo apt-get install 2to3), then read what it has changed')
 
@@ -352,13 +323,11 @@ def dead_display(display: str, said: str = '') -> Finding:
 
 
 def left_over(holder: str, what: str) -> Finding:
-    """A process of ROS still runs although the program that started it has ended."""
     return Finding('left_over', f'{holder} still runs, though what started it has ended: {what}',
                    f'end it: kill {holder.rpartition(" ")[2].rstrip(")")}', fails=False)
 
 
 def camera_unusable(said: str) -> Finding:
-    """A camera cannot be used; the text comes from devices.explain and contains its cure."""
     text, _, cure = said.partition(': ')
     return Finding('camera_unusable', f'the camera {text} cannot be used', cure, fails=False)
 

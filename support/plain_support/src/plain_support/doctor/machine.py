@@ -23,17 +23,14 @@ class Machine(NamedTuple):
 
     @property
     def built(self) -> bool:
-        """Return whether the workspace has been built."""
         return os.path.exists(os.path.join(self.workspace, '.built'))
 
     @property
     def python(self) -> str:
-        """Return the workspace's Python."""
         return os.path.join(self.workspace, 'venv', 'bin', 'python3')
 
     @property
     def inside(self) -> bool:
-        """Return whether the terminal is a ./run shell."""
         return self.environment.get('VIRTUAL_ENV') == os.path.join(self.workspace, 'venv')
 
 

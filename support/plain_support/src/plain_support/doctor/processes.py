@@ -2,13 +2,12 @@
 import contextlib
 import glob
 import ipaddress
+import itertools
 import os
 import pwd
-import socket
-import struct
 from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-LISTENING = '0A'  # state in /proc/net/tcp
+from plain_support import sockets
 
 
 class Process(NamedTuple):
@@ -41,7 +40,6 @@ class Listener(NamedTuple):
 
     @property
     def local(self) -> bool:
-        """Return whether only this machine can reach it."""
         return ipaddress.ip_address(self.address).is_loopback
 
 
@@ -74,32 +72,13 @@ def listeners() -> List[Listener]:
     """Return all listening TCP sockets of this machine."""
     owners = _owners()
     found = []
-    for path, family in (('/proc/net/tcp', socket.AF_INET), ('/proc/net/tcp6', socket.AF_INET6)):
-        for fields in _rows(path):
-            if fields[3] == LISTENING:
-                address, port = fields[1].split(':')
-                pid = owners.get(fields[9])
-                process = None
-                with contextlib.suppress(OSError, ValueError):
-                    process = _process(f'/proc/{pid}') if pid else None
-                found.append(Listener(_address(address, family), int(port, 16), int(fields[7]), process))
+    for columns in itertools.chain.from_iterable(map(sockets.rows, sockets.TABLES)):
+        if columns[sockets.STATE] == sockets.LISTENS:
+            pid, process = owners.get(columns[sockets.INODE]), None
+            with contextlib.suppress(OSError, ValueError):
+                process = _process(f'/proc/{pid}') if pid else None
+            found.append(Listener(*sockets.parsed(columns[sockets.LOCAL]), int(columns[sockets.USER]), process))
     return found
-
-
-def _rows(path: str) -> List[List[str]]:
-    try:
-        with open(path, encoding='ascii') as file:
-            return [line.split() for line in file.readlines()[1:]]
-    except OSError:
-        return []
-
-
-def _address(text: str, family: int) -> str:
-    words = [int(text[start:start + 8], 16) for start in range(0, len(text), 8)]  # in the machine's byte order
-    packed = struct.pack(f'={len(words)}I', *words)
-    address = ipaddress.ip_address(packed)
-    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
-    return str(mapped or address)
 
 
 def _owners() -> Dict[str, int]:
