@@ -6,13 +6,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 import run_tests
 from collection import kinds, programs, rostests
+from rostest_support.waiting import until
 
 RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
 DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
@@ -154,10 +154,7 @@ def test_a_program_leaves_nothing_running(tmp_path):
     script = 'setsid sleep 97 & echo $!; until grep -q sleep /proc/$!/comm; do :; done; exit 3'
     code, output = programs.run(['bash', '-c', script], tmp_path / 'case')
     number = int(output.split()[0])
-    end = time.monotonic() + 20.0
-    while is_running(number) and open(f'/proc/{number}/stat').read().split()[2] != 'Z':
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    until(lambda: not is_running(number) or open(f'/proc/{number}/stat').read().split()[2] == 'Z')
     assert code == 3 and f'ended left-over process {number}' in output
 
 

@@ -6,7 +6,6 @@ import pathlib
 import signal
 import subprocess
 import sys
-import time
 import zipfile
 from xml.etree import ElementTree
 
@@ -14,6 +13,7 @@ import pytest
 
 from course_grader.classes import class_grader, grade_all, graded, submissions
 from course_grader.isolation import levels
+from rostest_support.waiting import until
 
 # An attempt that does what the file it is to grade says
 ATTEMPT = r'''
@@ -130,10 +130,7 @@ def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, sign):
     running = subprocess.Popen(command(tmp_path, str(folder), '--output', str(output), '--jobs', '2'),
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
     pids = [output / student / 'x' / 'pid' for student in ('ben', 'carl')]
-    end = time.monotonic() + 30.0
-    while not all(path.is_file() and path.read_text() for path in pids):
-        assert time.monotonic() < end
-        time.sleep(0.02)
+    until(lambda: all(path.is_file() and path.read_text() for path in pids))
     running.send_signal(sign)
     said = running.communicate(timeout=30.0)[0].decode()
     assert running.returncode == 130 and 'Interrupted' in said
