@@ -5,7 +5,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 
 from kinematic_core.worlds.planar import STILL, Twist2D
-from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, square_corners, to_twist
+from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, approach, square_corners, to_twist
 
 DT = 0.016  # [s]
 MIDDLE = 5.54444456  # [m]
@@ -48,6 +48,11 @@ def test_corners_go_round_counter_clockwise_from_the_first_pose():
     assert square_corners(1.0, 2.0, 0.0, 2.0) == [(1, 2), (3, 2), (3, 4), (1, 4)]
     upward = square_corners(1.0, 2.0, math.pi / 2, 2.0)
     assert [(round(x, 9), round(y, 9)) for x, y in upward] == [(1, 2), (1, 4), (-1, 4), (-1, 2)]
+
+
+@pytest.mark.parametrize('error,speed', [(10.0, 1.0), (-0.1, -0.4), (1e-6, 0.05)])  # 4/s times the error
+def test_speed_falls_with_the_error_and_never_to_zero(error, speed):
+    assert approach(error, 1.0) == pytest.approx(speed)
 
 
 @pytest.mark.parametrize('delay', [0, 1, 2, 6])
