@@ -24,7 +24,7 @@ SLOW = (  # unit tests that take seconds of processor time or of waiting: --fast
     'test_robot_world.py', 'test_root_package.py', 'test_rospy_repair.py', 'test_run_build.py', 'test_run_help.py',
     'test_run_link.py', 'test_run_shell.py', 'test_sandbox.py', 'test_sanitized.py', 'test_sensitivity.py',
     'test_sheet.py', 'test_static_analysis.py', 'test_student_copy.py', 'test_suite_programs.py', 'test_tracker.py',
-    'test_turtle_world_machine.py', 'test_turtle_world_reference.py', 'test_uneven_light.py', 'test_warm_start.py',
+    'test_turtle_world_reference.py', 'test_uneven_light.py', 'test_warm_start.py',
     'test_wheels.py', 'test_window.py')
 COMPUTING = 'unit', 'check'  # the others start nodes, and so mostly wait
 FAST = COMPUTING

@@ -6,13 +6,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 import run_tests
 from collection import kinds, programs, rostests
+from rostest_support.waiting import until
 
 RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
 DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
@@ -26,8 +26,6 @@ FAILS = """<testsuite tests="2" failures="1" errors="1" name="s"><testcase class
 SUBTEST_FAILS = PASSES.replace('failures="0"', 'failures="2"')
 SKIPS = '<testsuite tests="1"><testcase classname="A" name="a"><skipped message="no data"/></testcase></testsuite>'
 NO_TESTS = '<testsuite tests="0" failures="0" errors="0" name="s"/>'
-ROSTEST = kinds.REPOSITORY / 'test/course/lesson_square.test'
-UNIT = kinds.REPOSITORY / 'test/unit/test_collection.py'
 
 
 def read(folder, *texts):
@@ -57,18 +55,6 @@ def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
     assert len(problems) == 1 and problem in problems[0]
 
 
-@pytest.mark.parametrize('path, name, holds', [
-    (ROSTEST, 'lesson_square.test', True), (ROSTEST, 'rostest/', True), (ROSTEST, 'course/', True),
-    (ROSTEST, 'rostest/test/course/lesson_square.test', True), (ROSTEST, 'lesson_set', False),
-    (ROSTEST, 'unit/', False),
-    (UNIT, 'test_collection', True), (UNIT, 'test_collection.py::test_selection', True), (UNIT, 'test_selection', True),
-    (UNIT, 'unit/test/unit/test_collection.py::test_selection[x]', True), (UNIT, 'test_docs.py::test_selection', False),
-    (UNIT, 'test_without_such_a_name', False)])
-def test_files_that_may_hold_a_selected_test(path, name, holds):
-    assert kinds.may_hold(path, [name]) is holds
-    assert kinds.may_hold(path, []) and kinds.may_hold(path, ['nothing', name]) is holds
-
-
 def collected(*options):
     """Return what pytest collects, as `path::name` lines."""
     done = subprocess.run([sys.executable, '-m', 'pytest', '--collect-only', '-q', *options], cwd=kinds.REPOSITORY,
@@ -77,15 +63,16 @@ def collected(*options):
 
 
 @pytest.mark.parametrize('options, names', [
-    (['--select=test_an_interrupted_program_is_ended'],
-     ['test/unit/test_collection.py::test_an_interrupted_program_is_ended']),
+    (['--select=test_an_interrupt_ends_every_run'],
+     ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
+    (['--select=test_collection.py::test_slow_files_exist'], ['test/unit/test_collection.py::test_slow_files_exist']),
     (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
     (['--select=lesson_square.test', '--fast'], []),
     (['--select=page/docs/course.md'], ['test/cases/test_page.py::test_page[docs/course.md]']),
     (['test/cases/test_page.py'], []),
     (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-], ids=['function', 'rostest', 'check', 'rostests are not fast', 'page', 'pages are for a release', 'mark'])
+], ids=['function', 'of a file', 'rostest', 'check', 'rostest not fast', 'page', 'page not released', 'mark'])
 @pytest.mark.one_in(3)
 def test_selection(options, names):
     assert collected(*options) == names
@@ -107,32 +94,13 @@ def test_slow_files_exist():
     assert set(kinds.SLOW) <= files and not any(path.name in kinds.SLOW for path in kinds.CASES.iterdir())
 
 
-def names_of_runs(*arguments):
-    return list(run_tests.commands(run_tests.parse(['--results', '/x', *arguments])))
-
-
-def test_what_computes_runs_beside_what_waits(monkeypatch):
-    monkeypatch.setattr(os, 'cpu_count', lambda: 2)
-    fast = ['checks', 'units_0', 'units_1']
-    assert names_of_runs('--fast') == fast
-    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == [*fast, 'units_2', 'waiting']
-    assert names_of_runs('test_collection.py') == ['tests']
-
-
-@pytest.mark.parametrize('option, names', [
-    ([], [['checks', 'units_0', 'waiting']]), (['--all'], [['waiting'], ['checks', 'units_0']])])
-def test_a_release_waits_first_and_computes_then(option, names):
-    options = run_tests.parse(['--results', '/x', *option])
-    assert run_tests.turns(dict.fromkeys(['checks', 'units_0', 'waiting']), options) == names
-    assert run_tests.turns({'tests': None}, options) == [['tests']]
-
-
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])
 def test_the_runs_share_the_files_of_units(options):
     commands = run_tests.commands(run_tests.parse(['--results', '/x', *options]))
     shared = [path for name, command in commands.items() if name != 'waiting' for path in command if '/test_' in path]
     wanted = [str(path) for path in run_tests.files([name for name in options if name != '--fast'])
               if path.suffix == '.py' and not ('--fast' in options and kinds.is_slow(path))]
+    assert ('waiting' in commands) == ('--fast' not in options)
     assert sorted(shared) == sorted([*wanted, str(kinds.CASES / 'test_check.py')]) and len(wanted) > 10
 
 
@@ -186,24 +154,8 @@ def test_a_program_leaves_nothing_running(tmp_path):
     script = 'setsid sleep 97 & echo $!; until grep -q sleep /proc/$!/comm; do :; done; exit 3'
     code, output = programs.run(['bash', '-c', script], tmp_path / 'case')
     number = int(output.split()[0])
-    end = time.monotonic() + 20.0
-    while is_running(number) and open(f'/proc/{number}/stat').read().split()[2] != 'Z':
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    until(lambda: not is_running(number) or open(f'/proc/{number}/stat').read().split()[2] == 'Z')
     assert code == 3 and f'ended left-over process {number}' in output
-
-
-def test_an_interrupted_program_is_ended(tmp_path, monkeypatch):
-    waits = subprocess.Popen.wait
-
-    def interrupt(process, timeout=None):
-        if timeout is None and process.poll() is None:
-            raise KeyboardInterrupt
-        return waits(process, timeout)
-    monkeypatch.setattr(subprocess.Popen, 'wait', interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        programs.run(['bash', '-c', 'trap "echo interrupted; exit" INT; while :; do sleep 0.05; done'], tmp_path)
-    assert (tmp_path / 'output.txt').read_text() in ('interrupted\n', '')
 
 
 def test_without_ros_packages_are_found():

@@ -1,6 +1,8 @@
 """Gradings for the tests of the formats: passed, failed, a shortcut, undecided, and hostile text in all of them."""
 import pathlib
 
+from course_grader.classes.graded import Graded
+from course_grader.classes.submissions import Submission
 from course_grader.formats.systems import Grading
 from course_grader.rules import exercise, scoring
 from course_grader.rules.scoring import Reason, Verdict
@@ -25,6 +27,12 @@ VERDICTS = {
     'hostile': Verdict(scoring.FAILED, 20.0, [MOVES, MISSED._replace(points=0.0, seen=HOSTILE)], [HOSTILE]),
     'hostile undecided': Verdict(scoring.UNDECIDED, 0.0, [MISSED._replace(seen=HOSTILE)], [HOSTILE]),
 }
+
+
+def graded(student, exercise, score, outcome='passed', reasons=(), **submission):
+    """Return the Graded of one of a class."""
+    return Graded(Submission(student, exercise, ('a.py',), '/', **submission),
+                  Verdict(outcome, score, list(reasons), []), 1.5, '/nowhere')
 
 
 def grading(name, folder='none'):

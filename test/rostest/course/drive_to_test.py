@@ -13,13 +13,8 @@ ELAPSED_TOLERANCE = 0.5  # [s] poses may come late
 GOAL = {'x': 5.0, 'y': 6.0, 'theta': 0.0, 'use_heading': False, 'speed': 0.0, 'tolerance': 0.0}
 REFUSED = [  # request, words in the reason
     ({'x': math.nan}, ['x is nan', 'finite']),
-    ({'y': -math.inf}, ['y is -inf', 'finite']),
-    ({'theta': math.nan, 'use_heading': True}, ['theta is nan', 'finite']),
     ({'x': 11.09}, ['x is 11.09 m', '0 to 11.0889 m']),
-    ({'y': -1e300}, ['y is -1e+300 m', '0 to 11.0889 m']),
     ({'speed': 10.5}, ['speed is 10.5 m/s', '0.05 to 10 m/s']),
-    ({'speed': -1.0}, ['speed is -1 m/s', '0.05 to 10 m/s']),
-    ({'speed': math.nan}, ['speed is nan', '0.05 to 10 m/s']),
     ({'tolerance': 0.001}, ['tolerance is 0.001 m', '0.002 to 1 m']),
     ({'tolerance': math.inf}, ['tolerance is inf', '0.002 to 1 m']),
 ]

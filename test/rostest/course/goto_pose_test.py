@@ -15,10 +15,7 @@ SERVICE = '/turtle1/gotoPose'
 TOP_SPEED = 2.0  # [m/s] of the server by default
 BAD_GOALS = [  # x, y, theta, words in the error
     ((math.nan, 5.0, 0.0), ['x is nan', 'finite']),
-    ((5.0, math.inf, 0.0), ['y is inf', 'finite']),
-    ((5.0, 5.0, -math.inf), ['theta is -inf', 'finite']),
     ((11.2, 5.0, 0.0), ['x is 11.2 m', '0 to 11.0889']),
-    ((5.0, -0.5, 0.0), ['y is -0.5 m', '0 to 11.0889']),
 ]
 
 

@@ -7,17 +7,11 @@ import pytest
 
 from course_grader.classes import class_page, class_report, class_table, grade_all
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import Graded
 from course_grader.classes.similarity import Pair
-from course_grader.classes.submissions import Submission
 from course_grader.formats import terminal
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason
-
-
-def graded(student, exercise, score, outcome='passed', attempt='', reasons=()):
-    return Graded(Submission(student, exercise, ('a.py',), '/', attempt=attempt),
-                  scoring.Verdict(outcome, score, list(reasons), []), 1.5, '/nowhere')
+from unit_support.gradings import graded
 
 
 def test_weights_count_in_the_mean_and_missing_submissions_as_zero():
@@ -35,7 +29,7 @@ def test_weights_count_in_the_mean_and_missing_submissions_as_zero():
     ([('undecided', 0.0), ('failed', 0.0)], '0'),
     ([('undecided', 0.0)], 'undecided')])
 def test_the_best_attempt_is_in_the_table(attempts, score):
-    results = [graded('anna', 'x', points, outcome, str(number))
+    results = [graded('anna', 'x', points, outcome, attempt=str(number))
                for number, (outcome, points) in enumerate(attempts)]
     assert class_table.cells(Class('', ['anna'], ['x'], results))[1][1] == score
     assert len(list(csv.reader(io.StringIO(class_report.as_rows(results))))) == len(attempts) + 1

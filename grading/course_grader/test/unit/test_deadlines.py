@@ -12,13 +12,11 @@ import pytest
 from course_grader.classes import class_results, deadlines, grade_all, grade_merge
 from course_grader.classes.class_table import Class
 from course_grader.classes.deadlines import Deadline
-from course_grader.classes.graded import Graded
 from course_grader.classes.marks import Mark, MarksError
-from course_grader.classes.submissions import Submission
 from course_grader.formats import platforms
 from course_grader.formats.platforms import Origin
-from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason
+from unit_support import gradings
 
 EXERCISES = {'stop_at_x': str(Path(__file__).resolve().parents[2] / 'exercises' / 'stop_at_x.yaml')}
 DUE = time.mktime((2026, 11, 20, 18, 0, 0, 0, 0, -1))  # 2026-11-20 18:00 on this machine
@@ -29,8 +27,7 @@ REASONS = [Reason('moves', 20.0, 20.0, 'a path', '4 m'),
 
 
 def graded(handed_in, score=90.0, outcome='passed', student='anna', reasons=()):
-    submission = Submission(student, 'x', ('a.py',), '/', handed_in=handed_in)
-    return Graded(submission, scoring.Verdict(outcome, score, list(reasons), []), 1.5, '/nowhere')
+    return gradings.graded(student, 'x', score, outcome, reasons, handed_in=handed_in)
 
 
 @pytest.mark.parametrize('handed_in, score, told', [

@@ -201,16 +201,6 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     assert 'file/x cannot be written: Not a directory. Choose another folder with --output' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('after, flooded', [
-    ({'1': (0.5, 0.0), '2': (0.1, 3.0)}, False),  # ran for 5 % of 10 s; the machine was busy
-    ({'1': (6.0, 0.0)}, True), ({'1': (2.1, 7.0)}, True),  # 2.1 of the 3 s for which it got a core
-    ({'1': (1.9, 7.0)}, False),  # the machine hardly had a core for it
-    ({'1': (9.0, 0.0), '2': (0.0, 0.0)}, True), ({'3': (7.0, 0.0)}, True),  # a thread that is new
-])
-def test_a_simulator_is_flooded_when_it_runs_whenever_it_can(after, flooded):
-    assert attempt._flooded({'1': (0.0, 0.0), '2': (0.0, 0.0)}, after, 10.0) is flooded
-
-
 @pytest.mark.parametrize('used, flooded', [(2.0, False), (4.0, True)])
 def test_threads_of_calls_that_have_ended_flood_a_simulator_too(used, flooded):
     assert attempt._flooded({}, {'1': (1.5, 4.0), '2': (0.1, 9.0)}, 10.0, used) is flooded

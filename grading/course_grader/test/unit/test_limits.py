@@ -9,6 +9,7 @@ import pytest
 
 from course_grader.isolation import limits
 from course_grader.isolation.limits import Limits, Meter
+from rostest_support.waiting import until
 
 DEADLINE = 200.0  # [s] of wall time, for one of processor time on a loaded machine
 
@@ -44,10 +45,7 @@ def test_processes_are_counted_where_those_of_the_teacher_are_not(own, inside, r
 def test_what_all_processes_use_together_is_counted(program, most, reason):
     with subprocess.Popen([sys.executable, '-c', program]) as process:
         try:
-            meter, met, end = Meter(most, lambda: [process.pid], lambda _: 0.0), '', time.monotonic() + DEADLINE
-            while not met and time.monotonic() < end:
-                met = meter.poll()
-                time.sleep(0.01)
+            met = until(Meter(most, lambda: [process.pid], lambda _: 0.0).poll)
         finally:
             process.kill()
     assert met == f'the program exceeded a limit: {reason}'

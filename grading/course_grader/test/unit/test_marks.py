@@ -7,17 +7,10 @@ import pytest
 
 from course_grader.classes import class_results, marks
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import Graded
 from course_grader.classes.marks import Mark, MarksError
-from course_grader.classes.submissions import Submission
-from course_grader.rules import scoring
+from unit_support.gradings import graded
 
-
-def graded(student, score, outcome):
-    return Graded(Submission(student, 'x', ('a.py',), '/'), scoring.Verdict(outcome, score, [], []), 1.5, '/nowhere')
-
-
-RESULTS = [graded('anna', 40.0, 'failed'), graded('ben', 100.0, 'passed'), graded('carl', 0.0, 'undecided')]
+RESULTS = [graded('anna', 'x', 40.0, 'failed'), graded('ben', 'x', 100.0), graded('carl', 'x', 0.0, 'undecided')]
 
 
 @pytest.mark.parametrize('mark, score, outcome, told', [

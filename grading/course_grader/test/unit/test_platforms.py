@@ -5,17 +5,9 @@ import pytest
 
 from course_grader.classes import class_report, class_results
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import Graded
-from course_grader.classes.submissions import Submission
 from course_grader.formats.platforms import Origin
-from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason
-
-
-def graded(student, exercise, score, outcome='passed', reasons=()):
-    verdict = scoring.Verdict(outcome, score, list(reasons), [])
-    return Graded(Submission(student, exercise, ('a.py',), '/'), verdict, 1.5, '/nowhere')
-
+from unit_support.gradings import graded
 
 RESULTS = [graded('Anna Berg', 'x', 100.0), graded('Anna Berg', 'y', 40.0, 'failed', [
     Reason('stops', 0.0, 60.0, 'a stop at x = 10', '=it never stopped')]), graded('Ben Li', 'x', 0.0, 'undecided')]

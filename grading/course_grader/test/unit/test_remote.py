@@ -6,7 +6,6 @@ import os
 import pathlib
 import re
 import signal
-import socket
 import subprocess
 import sys
 
@@ -18,6 +17,7 @@ from course_grader.classes.submissions import Submission
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise
 from plain_support import processes
+from rospy_support.ports import free_port
 from rostest_support.waiting import until
 
 distributed = pytest.importorskip('distributed')
@@ -50,21 +50,6 @@ while not os.path.exists(os.path.join(folder, 'go')):
 seen = open(os.path.join(os.path.dirname(job.command[0]), 'helper.txt')).read()
 '''
 EXERCISE = '{title: X, time: 5 s, checks: [{check: moves, length: 1 m, points: 100}]}'
-
-
-def free_port():
-    with contextlib.closing(socket.socket()) as listening:
-        listening.bind(('127.0.0.1', 0))
-        return listening.getsockname()[1]
-
-
-@contextlib.contextmanager
-def ended(process):
-    """Kill a process, if a test leaves it running."""
-    try:
-        yield
-    finally:
-        process.kill()
 
 
 @pytest.fixture(name='cluster')
@@ -118,7 +103,9 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
     command = [sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--dask',
                address, '--dask-key', key, '--seed', '9']
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}) as teacher, ended(teacher):
+                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+                          ) as teacher, contextlib.ExitStack() as leaving:
+        leaving.callback(teacher.kill)  # if an assertion fails
         said = tmp_path / 'started'
         until(lambda: said.exists() and said.read_text().count('\n') == 3, 'each worker grades', SCHEDULER_TIMEOUT)
         workers[0].send_signal(signal.SIGKILL)

@@ -57,6 +57,15 @@ def run(folder, *arguments, then=''):
     return ended.stdout.decode()
 
 
+def ended(tmp_path, program, clock=lambda: 0.0):
+    """Return the Student whose program has ended."""
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
+        student = sandbox.Student(box, [sys.executable, program], clock)
+        until(lambda: student.exit_code() is not None)
+        student.drain()
+    return student
+
+
 @pytest.mark.parametrize('argument', ['marked', 'nameless'])
 def test_children_that_hide_are_ended(tmp_path, argument):
     """A grandchild in a session of its own, deaf to signals, also one that has wiped its environment."""
@@ -85,10 +94,8 @@ print('[WARN] [1668.25]: x: 1')
 sys.stdout.buffer.write(b'\xff\n' + b'y' * 5000 + b'\n')
 for number in range(100): print(number, file=sys.stderr)
 ''')
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, program], lambda: 1.5)
-        until(lambda: student.exit_code() == 0)
-        student.drain()
+    student = ended(tmp_path, program, lambda: 1.5)
+    assert student.exit_code() == 0
     assert [line.text for line in student.lines[:3]] == ['\u00fcber', 'x: 1', '\ufffd']
     assert len(student.lines[3].text) == sandbox.MAX_LINE_LENGTH and student.dropped >= 100
     assert student.lines[0].t == 1.5
@@ -104,10 +111,8 @@ print('y: 1', end='\r\n')
 print('no end', end='', flush=True)
 """)
     times = iter(range(100))
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, program], lambda: next(times))
-        until(lambda: student.exit_code() == 0)
-        student.drain()
+    student = ended(tmp_path, program, lambda: next(times))
+    assert student.exit_code() == 0
     assert [line.text for line in student.lines] == ['x: 0', 'x: 1', 'x: 2', 'y: 1', 'no end']
     assert [line.t for line in student.lines] == [0, 1, 2, 3, 4]
 
@@ -132,10 +137,8 @@ time.sleep(1000)
 
 def test_a_traceback_is_explained(tmp_path):
     program = write(tmp_path, 'import rospy\nimport no_such_module\n', 'crash.py')
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
-        until(lambda: student.exit_code() == 1)
-        student.drain()
+    student = ended(tmp_path, program)
+    assert student.exit_code() == 1
     assert student.last_output().startswith("ModuleNotFoundError: No module named 'no_such_module' (File \"")
     assert 'crash.py", line 2' in student.last_output()
 
@@ -146,11 +149,8 @@ def test_a_traceback_is_explained(tmp_path):
     ('input("size? ")\n', 'input() does not work here'),
 ])
 def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, write(tmp_path, text)], lambda: 0.0)
-        until(lambda: student.exit_code() is not None)
-        student.drain()
-        assert bool(student.trouble()) is bool(trouble) and trouble in student.trouble()
+    student = ended(tmp_path, write(tmp_path, text))
+    assert bool(student.trouble()) is bool(trouble) and trouble in student.trouble()
 
 
 def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):
@@ -175,20 +175,15 @@ simtime._is_use_simtime = lambda: True
 simtime.rospy.topics.Subscriber = lambda *_, **__: threading.Timer(0.3, rostime._set_rostime, [rostime.Time(7)]).start()
 print(simtime.init_simtime(), rostime.get_time())
 """)
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
-        until(lambda: student.exit_code() is not None)
-        student.drain()
+    student = ended(tmp_path, program)
     assert [line.text for line in student.lines] == ['True 7.0']
 
 
 def test_the_distributions_sitecustomize_runs_as_well(tmp_path, monkeypatch):
     write(tmp_path, 'import sys\nprint("of the distribution", type(sys.meta_path[0]).__name__)\n', 'sitecustomize.py')
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
-    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
-        student = sandbox.Student(box, [sys.executable, write(tmp_path, 'print("program")\n')], lambda: 0.0)
-        until(lambda: student.exit_code() == 0)
-        student.drain()
+    student = ended(tmp_path, write(tmp_path, 'print("program")\n'))
+    assert student.exit_code() == 0
     assert [line.text for line in student.lines] == ['of the distribution Finder', 'program']
 
 

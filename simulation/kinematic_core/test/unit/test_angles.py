@@ -9,26 +9,6 @@ from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.turtle_world import TURTLESIM_PI
 
 ROUNDING = 2.3e-16  # relative: half a unit in the last place of a double
-ANGLE_TOLERANCE = 1e-12  # [rad] some roundings of angles below 100 rad
-
-
-@pytest.mark.parametrize('theta, wrapped', [
-    (0.0, 0.0),
-    (1.0, 1.0),
-    (-3.0, -3.0),
-    (math.pi, -math.pi),  # the upper end belongs to the lower one
-    (-math.pi, -math.pi),
-    (math.pi / 2.0, math.pi / 2.0),
-    (1.5 * math.pi, -0.5 * math.pi),  # 270 deg = -90 deg
-    (-1.5 * math.pi, 0.5 * math.pi),
-    (2.0 * math.pi, 0.0),
-    (-2.0 * math.pi, 0.0),
-    (7.0 * math.pi, -math.pi),  # 3.5 turns
-    (20.0, 20.0 - 6.0 * math.pi),  # 3 turns = 18.85 off
-    (-20.0, 6.0 * math.pi - 20.0),
-])
-def test_angle_comes_into_the_half_open_turn(theta, wrapped):
-    assert wrap_angle(theta) == pytest.approx(wrapped, abs=ANGLE_TOLERANCE)
 
 
 @pytest.mark.parametrize('pi', [math.pi, TURTLESIM_PI])

@@ -56,13 +56,6 @@ def test_a_process_that_has_run_and_sleeps_again_is_told_by_its_count(run):
     assert threads.ran() > before
 
 
-def test_a_busy_process_never_rests(run):
-    threads = ProcessThreads(run(SPINNER).pid)
-    end = time.monotonic() + 0.1
-    while time.monotonic() < end:
-        assert not rests(threads)
-
-
 def test_of_a_process_that_has_not_run_only_threads_outside_of_a_lock_are_checked_again(run):
     child = run('import sys, threading; [threading.Thread(target=threading.Event().wait, daemon=True).start()'
                 ' for _ in range(5)]; print("ready", flush=True); sys.stdin.readline(); print("again", flush=True); '

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.worlds.omni import WHEEL_DISTANCE, WHEEL_RADIUS, Limits, Odometry, body_twist, wheel_speeds
+from kinematic_core.worlds.omni import Limits, Odometry, body_twist, wheel_speeds
 from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance
 
 SPEED_TOLERANCE = 1e-9  # [m/s, rad/s]
@@ -30,32 +30,9 @@ def test_wheels_by_hand(twist, rims):
     assert wheel_speeds(twist) == pytest.approx([rim / 0.035 for rim in rims], abs=SPEED_TOLERANCE)
 
 
-@pytest.mark.parametrize('speeds, twist', [
-    ((1.0, 1.0, 1.0), Twist2D(0.0, 0.0, 0.035 / 0.146)),
-    ((0.0, 1.0, -1.0), Twist2D(0.035 / HALF_ROOT_3, 0.0, 0.0)),
-    # the back wheel alone: it pushes the robot to the right, 2/3 of its rim's speed, and turns it by a third
-    ((3.0, 0.0, 0.0), Twist2D(0.0, -0.07, 0.035 / 0.146)),
-])
-def test_body_by_hand(speeds, twist):
-    assert body_twist(speeds) == pytest.approx(twist, abs=SPEED_TOLERANCE)
-
-
 @given(twist=twists)
 def test_wheels_and_body_are_inverse(twist):
     assert body_twist(wheel_speeds(twist)) == pytest.approx(twist, abs=SPEED_TOLERANCE)
-
-
-@pytest.mark.parametrize('limits, asked, given_', [
-    (Limits(), Twist2D(9.0, 9.0, 9.0), Twist2D(9.0, 9.0, 9.0)),
-    (Limits(speed=1.0), Twist2D(0.6, 0.8, 2.0), Twist2D(0.6, 0.8, 2.0)),  # exactly 1 m/s
-    (Limits(speed=1.0), Twist2D(3.0, 4.0, 2.0), Twist2D(0.6, 0.8, 0.4)),  # a fifth of everything
-    (Limits(turn_speed=1.0), Twist2D(3.0, 4.0, -2.0), Twist2D(1.5, 2.0, -1.0)),
-    (Limits(speed=1.0, turn_speed=0.1), Twist2D(3.0, 4.0, 2.0), Twist2D(0.15, 0.2, 0.1)),  # the stricter one
-    # all wheels at 0.146 / 0.035 * 2 = 8.343 rad/s
-    (Limits(wheel_speed=0.146 / 0.035), Twist2D(0.0, 0.0, 2.0), Twist2D(0.0, 0.0, 1.0)),
-])
-def test_limits_by_hand(limits, asked, given_):
-    assert limits.limited(asked) == pytest.approx(given_, abs=SPEED_TOLERANCE)
 
 
 @given(twist=twists, limits=st.builds(Limits, st.floats(0.1, 3.0), st.floats(0.1, 3.0), st.floats(1.0, 50.0)))
@@ -131,17 +108,5 @@ def test_noise_has_the_deviation_asked_for_whatever_the_step():
         assert deviation == pytest.approx(0.0380, rel=0.2)  # 300 samples: 4 % one sigma
 
 
-def test_same_seed_same_noise():
-    first, second = (rolled(Odometry(noise=0.05, random=random.Random(7)), Twist2D(1.0, 0.5, 0.1), 0.5).pose
-                     for _ in range(2))
-    assert first == second
-    other = rolled(Odometry(noise=0.05, random=random.Random(8)), Twist2D(1.0, 0.5, 0.1), 0.5).pose
-    assert first != other
-
-
 def test_standing_wheels_make_no_noise():
     assert rolled(Odometry(noise=0.05, random=random.Random(7)), STILL, 1.0).pose == Pose2D()
-
-
-def test_dimensions_are_the_robotonts():
-    assert (WHEEL_RADIUS, WHEEL_DISTANCE) == (0.035, 0.146)

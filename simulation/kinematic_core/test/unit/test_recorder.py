@@ -82,14 +82,6 @@ def test_a_name_that_is_taken_while_it_grows(tmp_path):
     assert (tmp_path / 'r.csv').read_text() == 'faster' and len(rows(tmp_path / 'r_2.csv')) == 1
 
 
-def test_two_at_once_have_two_files(tmp_path):
-    recorders = [Recorder(tmp_path / 'r.csv', ()) for _ in range(2)]
-    for number, recorder in enumerate(recorders):
-        recorder.tick(number, ())
-        recorder.close()
-    assert [rows(tmp_path / name)[1][0] for name in ('r.csv', 'r_2.csv')] == ['0', '1']
-
-
 def test_a_full_disk_ends_it_with_its_last_whole_row(tmp_path):
     recorder, limits = Recorder(tmp_path / 'r.csv', ('x',)), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))

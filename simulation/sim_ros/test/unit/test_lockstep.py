@@ -126,10 +126,10 @@ def test_a_step_waits_for_every_node_and_for_the_simulator_itself(scene):
     assert scene.lockstep.late == 0
 
 
-def test_no_node_may_run_while_all_are_looked_at(scene, monkeypatch):
-    node = scene.node('/one')
+@pytest.mark.parametrize('own', [False, True])
+def test_neither_a_node_nor_the_simulator_may_run_while_all_are_looked_at(scene, monkeypatch, own):
     counts = iter([1, 2, 3, 3, 3])  # before and after the first check; it has run before the second
-    monkeypatch.setattr(node, 'ran', lambda: next(counts))
+    monkeypatch.setattr(scene.own if own else scene.node('/one'), 'ran', lambda: next(counts))
     assert scene.wait()[0]
     assert next(counts, None) is None
 
@@ -159,13 +159,6 @@ def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
     scene.machine_is_busy = True
     assert scene.wait()[0]
     assert next(runs, None) is None
-
-
-def test_the_simulator_may_not_run_while_all_are_looked_at(scene, monkeypatch):
-    counts = iter([1, 2, 3, 3, 3])  # before and after the first check; it has run before the second
-    monkeypatch.setattr(scene.own, 'ran', lambda: next(counts))
-    assert scene.wait()[0]
-    assert next(counts, None) is None
 
 
 def test_the_threads_of_processes_that_still_work_are_not_looked_at(scene, monkeypatch):

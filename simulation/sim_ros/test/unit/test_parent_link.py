@@ -2,11 +2,11 @@
 import json
 import socket
 import threading
-import time
 
 import pytest
 
 from kinematic_core.timing.pacing import Pacer
+from rostest_support.waiting import until
 from sim_ros.parent_link import ParentLink
 
 
@@ -74,13 +74,6 @@ def test_time_continues_when_the_parent_says_so(parent):
     assert not parent.pacer.paused
 
 
-def wait_for(condition):
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)
-
-
 def test_commands_carries_and_moves_go_to_the_simulator():
     driven, carried, moved = [], [], []
     parent = Parent(drive=lambda *velocities: driven.append(velocities), carry=lambda *pose: carried.append(pose),
@@ -88,14 +81,14 @@ def test_commands_carries_and_moves_go_to_the_simulator():
     parent.send(drive=[1.5, -0.5])
     parent.send(carry=[1.0, 2.0, 0.5])
     parent.send(move=['board', 3.0, 4.0, 0.0])
-    wait_for(lambda: moved)
+    until(lambda: moved)
     assert (driven, carried, moved) == ([(1.5, -0.5)], [(1.0, 2.0, 0.5)], [('board', 3.0, 4.0, 0.0)])
 
 
 def test_a_simulator_that_cannot_carry_goes_on(parent):
     parent.send(carry=[1.0, 2.0, 0.5])
     parent.send(every=12)
-    wait_for(lambda: parent.link.every == 12)
+    until(lambda: parent.link.every == 12)
 
 
 def test_a_parent_that_is_gone_stops_nothing(parent):

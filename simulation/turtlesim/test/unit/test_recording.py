@@ -162,8 +162,3 @@ def test_a_full_disk_ends_the_recording_and_not_the_simulator(path, monkeypatch)
     assert recorded.shared.world.steps == 5
     assert len(errors) == 1 and 'No space left' in errors[0]
     assert [row['tick'] for row in recorded.rows()] == ['0'] and os.path.exists(path)
-
-
-def test_a_recording_that_cannot_be_made_is_refused(tmp_path):
-    with pytest.raises(OSError):
-        Recorded(tmp_path / 'no' / 'such.csv')

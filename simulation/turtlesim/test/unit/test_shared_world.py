@@ -94,7 +94,3 @@ def test_image_and_step_wait_for_the_lock(shared, action):
     thread.join(AT_ONCE)
     assert not thread.is_alive()
     assert not shared.lock.locked()
-
-
-def test_background_is_the_one_asked_for():
-    assert SharedWorld((1, 2, 3)).image()[0] == bytes((1, 2, 3)) * (500 * 500)

@@ -46,24 +46,12 @@ KEYS = [
 
 
 @pytest.mark.parametrize('data,keys', KEYS)
-def test_keys_are_decoded_whole(data, keys):
-    assert KeyDecoder().feed(data) == keys
-
-
-@pytest.mark.parametrize('data,keys', KEYS)
 def test_keys_are_decoded_however_the_bytes_arrive(data, keys):
     for cut in range(len(data)):
         decoder = KeyDecoder()
         assert decoder.feed(data[:cut]) + decoder.feed(data[cut:]) == keys, f'cut before byte {cut}'
     decoder = KeyDecoder()
     assert [key for byte in data for key in decoder.feed(bytes([byte]))] == keys
-
-
-def test_an_unfinished_sequence_is_completed_by_the_next_read():
-    decoder = KeyDecoder()
-    assert decoder.feed(UP + b'\x1b') == ['up']
-    assert decoder.feed(b'[') == []
-    assert decoder.feed(b'D') == ['left']
 
 
 def test_noise_breaks_nothing_and_is_not_kept():

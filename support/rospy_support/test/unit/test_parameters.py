@@ -25,168 +25,89 @@ def server(monkeypatch):
     return values
 
 
+@pytest.fixture
+def lines(monkeypatch):
+    logged = []
+    for level in ('loginfo', 'logwarn'):
+        monkeypatch.setattr(rospy, level, lambda text, *values: logged.append(text % values))
+    return logged
+
+
 def refusal(kind, *args, **kwds):
     with pytest.raises(parameters.ParameterError) as error:
         kind(*args, **kwds).read()
     return str(error.value)
 
 
-def same(value, expected):
-    assert value == expected
-    assert type(value) is type(expected)
-
-
 LIMITS = {'minimum': 0.5, 'maximum': 20}
+TAKEN = [  # parameter, values that are set, values that are read
+    (Number('~a', 1.0), [10.0, 3, 0, -1e300, HUGE], [10.0, 3.0, 0.0, -1e300, float(HUGE)]),
+    (Number('~a', 1.0, **LIMITS), [0.5, 20, 19.999], [0.5, 20.0, 19.999]),
+    (Number('~a', 1.0, maximum=0.0), [-5], [-5.0]), (Number('~a', 1.0, minimum=0.0), [5], [5.0]),
+    (Integer('~a', 7, 0, 255), [3, 0, 255, 3.0, 0.0, 255.0], [3, 0, 255, 3, 0, 255]),
+    (Integer('~a', 7), [-7, HUGE, -HUGE], [-7, HUGE, -HUGE]),
+    (Boolean('~a', False), [True, False], [True, False]), (Boolean('~a', True), [True, False], [True, False]),
+    (Text('~a', 'square', choices=('square', 'circle')), ['circle'], ['circle']),
+    (Text('~a', 'square'), ['anything', '', 'ä b'], ['anything', '', 'ä b']),
+    (Numbers('~a', [9.0]), [[1, 2.5, -3], [], [[4, 4], (7, 4), [[1]]]],
+     [[1.0, 2.5, -3.0], [], [[4.0, 4.0], [7.0, 4.0], [[1.0]]]]),
+    (Numbers('~a', [9.0], 2), [(1, 2), [[1, 2], [3, 4.5]]], [[1.0, 2.0], [[1.0, 2.0], [3.0, 4.5]]]),
+]
+NO_NUMBERS = True, False, '10', '', math.nan, math.inf, -math.inf, None, [], [1.0], {'a': 1}
+REFUSED = [  # parameter, values, what is allowed, the default as one types it
+    (Number('~a', 10.0, unit='Hz', **LIMITS), [*NO_NUMBERS, 0.49, 20.01, -3, HUGE], 'a number from 0.5 to 20 Hz',
+     '10.0'),
+    (Number('~a', 1.0, clamp=True, **LIMITS), [math.nan, math.inf, 'fast', True], 'a number from 0.5 to 20', '1.0'),
+    (Number('~a', 0.0), ['much'], 'a number', '0.0'),
+    (Number('~a', 0.0, 0.1), ['much'], 'a number of at least 0.1', '0.0'),
+    (Number('~a', 0.0, maximum=1e6), ['much'], 'a number of at most 1e+06', '0.0'),
+    (Number('~a', 0.0, -1, 1, unit='m/s'), ['much'], 'a number from -1 to 1 m/s', '0.0'),
+    (Number('~a', 0.0, unit='s'), ['much'], 'a number s', '0.0'),
+    (Integer('~a', 3, 0, 255, unit='px'), [*NO_NUMBERS, -1, 256, -1.0, 256.0, 2.5, 1e300],
+     'a whole number from 0 to 255 px', '3'),
+    (Boolean('~a', False), [0, 1, 1.0, 'true', 'false', '', None, []], 'true or false', 'false'),
+    (Text('~a', 'square', choices=('square', 'circle')), ['Circle', '', 'square, circle', 5], 'one of square, circle',
+     'square'),
+    (Text('~a', 'square'), [5, True, None, ['a'], 2.5], 'a text', 'square'),
+    (Text('~a', 'odom', filled=True), ['', 5, None], 'a text that is not empty', 'odom'),
+    (Numbers('~a', [1.0], unit='m'), [5, 5.0, '1, 2', '[1, 2]', True, None, {'a': 1}, [True], ['1'], [math.nan],
+                                      [math.inf], [1.0, -math.inf], [None], [[1.0, 'x']], [[math.nan]], [{}]],
+     'a list of finite numbers m', '"[1.0]"'),
+    (Numbers('~a', [1, 2, 3], length=3), [[], [1, 2], [1, 2, 3, 4]], 'a list of 3 numbers', '"[1, 2, 3]"'),
+]
 
 
-@pytest.mark.parametrize('value, limits, expected', [
-    (10.0, {}, 10.0), (3, {}, 3.0), (0, {}, 0.0), (-1e300, {}, -1e300), (HUGE, {}, float(HUGE)),
-    (0.5, LIMITS, 0.5), (20, LIMITS, 20.0), (19.999, LIMITS, 19.999),
-    (-5, {'maximum': 0.0}, -5.0), (5, {'minimum': 0.0}, 5.0),
-])
-def test_number_takes_whole_and_broken_numbers_up_to_the_limits(server, value, limits, expected):
-    server[f'{NODE}/rate'] = value
-    same(Number('~rate', 1.0, **limits).read(), expected)
+@pytest.mark.parametrize('parameter, values, expected', TAKEN)
+def test_values_that_are_taken(server, parameter, values, expected):
+    for value, read in zip(values, expected):
+        server[f'{NODE}/a'] = value
+        assert repr(parameter.read()) == repr(read)  # which has the type
 
 
-@pytest.mark.parametrize('value', [True, False, '10', '', 'fast', math.nan, math.inf, -math.inf, None, [], [1.0],
-                                   {'a': 1}, 0.49, 20.01, -3, HUGE])
-def test_number_refuses_the_rest(server, value):
-    server[f'{NODE}/rate'] = value
-    assert refusal(Number, '~rate', 10.0, unit='Hz', **LIMITS) == (
-        f'parameter /sim/node/rate is {value!r}; it must be a number from 0.5 to 20 Hz. '
-        'Set it with _rate:=10.0 on the command line or rosparam set /sim/node/rate 10.0')
+@pytest.mark.parametrize('parameter, values, allowed, default', REFUSED)
+def test_values_that_are_refused(server, parameter, values, allowed, default):
+    for value in values:
+        server[f'{NODE}/a'] = value
+        with pytest.raises(parameters.ParameterError) as error:
+            parameter.read()
+        assert str(error.value) == (
+            f'parameter /sim/node/a is {value!r}; it must be {allowed}. Set it with _a:={default} on the command line '
+            f'or rosparam set /sim/node/a {default}')
 
 
 @pytest.mark.parametrize('value, expected', [(60, 20.0), (0.1, 0.5), (-3, 0.5), (7, 7.0)])
-def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkeypatch, value, expected):
-    said = []
-    monkeypatch.setattr(rospy, 'logwarn', lambda text, *arguments: said.append(text % arguments))
+def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, lines, value, expected):
     server[f'{NODE}/rate'] = value
-    same(Number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS).read(), expected)
-    assert said == ([] if value == expected else [
+    assert Number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS).read() == expected
+    assert lines == ([] if value == expected else [
         f'parameter /sim/node/rate is {value}; it must be from 0.5 to 20 Hz; using {expected:g}'])
     assert parameters._effective == {f'{NODE}/rate': f'{expected} Hz'}
-
-
-@pytest.mark.parametrize('value', [math.nan, math.inf, 'fast', True])
-def test_number_that_clamps_still_refuses_what_is_no_number(server, value):
-    server[f'{NODE}/rate'] = value
-    assert 'it must be a number from 0.5 to 20' in refusal(Number, '~rate', 1.0, clamp=True, **LIMITS)
-
-
-@pytest.mark.parametrize('limits, allowed', [
-    ({}, 'a number.'),
-    ({'minimum': 0.1}, 'a number of at least 0.1.'),
-    ({'maximum': 1e6}, 'a number of at most 1e+06.'),
-    ({'minimum': -1, 'maximum': 1}, 'a number from -1 to 1.'),
-    ({'minimum': -1, 'maximum': 1, 'unit': 'm/s'}, 'a number from -1 to 1 m/s.'),
-    ({'unit': 's'}, 'a number s.'),
-])
-def test_refusal_of_a_number_names_the_limits_that_there_are(server, limits, allowed):
-    server[f'{NODE}/x'] = 'much'
-    text = refusal(Number, '~x', 0.0, **limits)
-    assert f"parameter /sim/node/x is 'much'; it must be {allowed} Set it" in text
-
-
-@pytest.mark.parametrize('value, expected', [(3, 3), (0, 0), (255, 255), (3.0, 3), (0.0, 0), (255.0, 255)])
-def test_integer_takes_whole_numbers_up_to_the_limits(server, value, expected):
-    server[f'{NODE}/width'] = value
-    same(Integer('~width', 7, 0, 255).read(), expected)
-
-
-@pytest.mark.parametrize('value', [-7, HUGE, -HUGE])
-def test_integer_without_limits_takes_any(server, value):
-    server[f'{NODE}/count'] = value
-    same(Integer('~count', 7).read(), value)
-
-
-@pytest.mark.parametrize('value', [-1, 256, -1.0, 256.0, 2.5, 1e300, math.nan, math.inf, True, False, '3', '',
-                                   None, [3]])
-def test_integer_refuses_the_rest(server, value):
-    server[f'{NODE}/width'] = value
-    assert refusal(Integer, '~width', 3, minimum=0, maximum=255, unit='px') == (
-        f'parameter /sim/node/width is {value!r}; it must be a whole number from 0 to 255 px. '
-        'Set it with _width:=3 on the command line or rosparam set /sim/node/width 3')
-
-
-@pytest.mark.parametrize('value', [True, False])
-def test_boolean_takes_true_and_false(server, value):
-    server[f'{NODE}/window'] = value
-    assert Boolean('~window', not value).read() is value
-
-
-@pytest.mark.parametrize('value', [0, 1, 1.0, 'true', 'false', '', None, []])
-def test_boolean_refuses_the_rest(server, value):
-    server[f'{NODE}/window'] = value
-    text = refusal(Boolean, '~window', False)
-    assert f'parameter /sim/node/window is {value!r}; it must be true or false. Set it with _window:=' in text
-
-
-@pytest.mark.parametrize('value, choices', [('circle', ('square', 'circle')), ('anything', ()), ('', ()), ('ä b', ())])
-def test_text_takes_the_choices_or_any_text(server, value, choices):
-    server[f'{NODE}/shape'] = value
-    same(Text('~shape', 'square', choices=choices).read(), value)
-
-
-@pytest.mark.parametrize('value, choices, allowed', [
-    ('Circle', ('square', 'circle'), 'one of square, circle'),
-    ('', ('square', 'circle'), 'one of square, circle'),
-    ('square, circle', ('square', 'circle'), 'one of square, circle'),
-    (5, ('square', 'circle'), 'one of square, circle'),
-    (5, (), 'a text'), (True, (), 'a text'), (None, (), 'a text'), (['a'], (), 'a text'), (2.5, (), 'a text'),
-])
-def test_text_refuses_the_rest(server, value, choices, allowed):
-    server[f'{NODE}/shape'] = value
-    assert refusal(Text, '~shape', 'square', choices=choices) == (
-        f'parameter /sim/node/shape is {value!r}; it must be {allowed}. '
-        'Set it with _shape:=square on the command line or rosparam set /sim/node/shape square')
-
-
-@pytest.mark.parametrize('value', ['', 5, None])
-def test_text_that_has_to_be_filled(server, value):
-    server[f'{NODE}/frame'] = value
-    assert f'/sim/node/frame is {value!r}; it must be a text that is not empty. Set it with _frame:=odom' in refusal(
-        Text, '~frame', 'odom', filled=True)
 
 
 @pytest.mark.parametrize('default', ['', None])
 def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
     server['/sim/node/path'] = 5
     assert '_path:=TEXT on the command line' in refusal(Text, '~path', default)
-
-
-@pytest.mark.parametrize('value, length, expected', [
-    ([1, 2.5, -3], None, [1.0, 2.5, -3.0]),
-    ((1, 2), 2, [1.0, 2.0]),
-    ([], None, []),
-    ([[1, 2], [3, 4.5]], 2, [[1.0, 2.0], [3.0, 4.5]]),
-    ([[4, 4], (7, 4), [[1]]], None, [[4.0, 4.0], [7.0, 4.0], [[1.0]]]),
-])
-def test_numbers_takes_lists_of_numbers_and_lists_of_such(server, value, length, expected):
-    server[f'{NODE}/corners'] = value
-    result = Numbers('~corners', [9.0], length).read()
-    assert result == expected
-    assert all(type(entry) is float for entry in flat(result))
-
-
-def flat(values):
-    return [entry for value in values for entry in (flat(value) if isinstance(value, list) else [value])]
-
-
-@pytest.mark.parametrize('value', [5, 5.0, '1, 2', '[1, 2]', True, None, {'a': 1}, [True], ['1'], [math.nan],
-                                   [math.inf], [1.0, -math.inf], [None], [[1.0, 'x']], [[math.nan]], [{}]])
-def test_numbers_refuses_the_rest(server, value):
-    server[f'{NODE}/corners'] = value
-    text = refusal(Numbers, '~corners', [1.0], unit='m')
-    assert text.startswith(f'parameter /sim/node/corners is {value!r}; it must be a list of finite numbers m. ')
-
-
-@pytest.mark.parametrize('value', [[], [1, 2], [1, 2, 3, 4]])
-def test_numbers_refuses_another_length(server, value):
-    server[f'{NODE}/colour'] = value
-    text = refusal(Numbers, '~colour', [1, 2, 3], length=3)
-    assert f'is {value!r}; it must be a list of 3 numbers.' in text
 
 
 @pytest.mark.parametrize('read, expected', [
@@ -197,7 +118,7 @@ def test_numbers_refuses_another_length(server, value):
     (lambda: Numbers('~a', (1, 2)).read(), [1.0, 2.0]),
 ])
 def test_parameter_that_is_not_set_has_its_default(server, read, expected):
-    same(read(), expected)
+    assert repr(read()) == repr(expected)
 
 
 @pytest.mark.parametrize('name, resolved', [('~a/b', '/sim/node/a/b'), ('/global', '/global'),
@@ -213,9 +134,7 @@ def test_refusal_is_a_value_error():
     assert issubclass(parameters.ParameterError, ValueError)
 
 
-def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_reading(server, monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_reading(server, lines):
     server.update({f'{NODE}/rate': 5, f'{NODE}/corners': [1, 2], f'{NODE}/bad': 'x'})
     Number('~rate', 10.0, unit='Hz').read()
     Text('~shape', 'square').read()
@@ -228,9 +147,7 @@ def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_read
                      '/sim/node/width=3 px, /sim/node/window=False']
 
 
-def test_secret_is_in_no_log_and_no_error(server, monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+def test_secret_is_in_no_log_and_no_error(server, lines):
     server.update({f'{NODE}/token': 'swordfish', f'{NODE}/other': ['swordfish']})
     assert Text('~token', '', secret=True).read() == 'swordfish'
     assert 'swordfish' not in refusal(Text, '~other', '', secret=True)
@@ -238,19 +155,12 @@ def test_secret_is_in_no_log_and_no_error(server, monkeypatch):
     assert lines == ['Parameters: /sim/node/token=(hidden)']
 
 
-def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+def test_a_parameter_read_again_is_logged_with_its_latest_value(server, lines):
     Number('~rate', 10.0).read()
     server[f'{NODE}/rate'] = 20
     Number('~rate', 10.0).read()
     parameters.log_effective()
     assert lines == ['Parameters: /sim/node/rate=20.0']
-
-
-def test_refusal_of_a_list_quotes_its_example_for_the_shell(server):
-    server[f'{NODE}/corners'] = 5
-    assert '_corners:="[1.0, 2.0]" on the command line' in refusal(Numbers, '~corners', [1.0, 2.0])
 
 
 def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
@@ -338,16 +248,14 @@ STALE_TABLE = Table(Number('~rate', 10.0), Boolean('~strafe', False), Text('~sha
     ({'~shape': 'circle', '~strafe': True, '~rate': 5}, ('~rate',), 'shape=circle, strafe=true'),
     ({'~size': 2.0, '~corners': [[8, 6], [6, 8]]}, (), 'corners=[[8, 6], [6, 8]], size=2.0'),
 ])
-def test_parameters_that_were_there_before_are_told(server, monkeypatch, there, given, said):
+def test_parameters_that_were_there_before_are_told(server, monkeypatch, lines, there, given, said):
     class Master:
         def parameters(self, names):
             return {rospy.resolve_name(name): there[name] for name in names if name in there}
-    warned = []
     monkeypatch.setattr(parameters, 'Master', Master)
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
-    monkeypatch.setattr(rospy, 'logwarn', lambda text, *values: warned.append(text % values))
     parameters.warn_of_stale(STALE_TABLE, {rospy.resolve_name(name) for name in given})
-    assert warned == ([] if said is None else [
+    assert lines == ([] if said is None else [
         f'{NODE} has parameters from an earlier run: {said}; rosparam delete {NODE} forgets them'])
 
 
@@ -365,17 +273,15 @@ UNKNOWN_TABLE = Table(Number('~rate', 10.0), Integer('~background_r', 69), Text(
                                'Did you mean _background_r?']),
     ({'reat': 5, 'scale': 1.0, 'costmap': {'width': 3}}, (), []),  # of a launch file for another node of this kind
 ])
-def test_parameters_that_the_node_does_not_have_are_told(server, monkeypatch, stored, given, said):
+def test_parameters_that_the_node_does_not_have_are_told(server, monkeypatch, lines, stored, given, said):
     class Master:
         def request(self, calls):
             assert calls == [('getParam', NODE)]
             return [[1, '', stored] if stored else [-1, 'not set', 0]]
-    warned = []
     monkeypatch.setattr(parameters, 'Master', Master)
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
-    monkeypatch.setattr(rospy, 'logwarn', lambda text, *values: warned.append(text % values))
     parameters.warn_of_unknown(UNKNOWN_TABLE, {rospy.resolve_name(name) for name in given})
-    assert warned == [f'parameter {rospy.resolve_name("~")}{text}' for text in said]
+    assert lines == [f'parameter {rospy.resolve_name("~")}{text}' for text in said]
 
 
 @pytest.mark.parametrize('argument', [

@@ -2,7 +2,6 @@
 import http.client
 import socket
 import threading
-import time
 import xmlrpc.client
 
 import pytest
@@ -10,6 +9,7 @@ import pytest
 from rospy_support import slave_server
 from rospy_support.inbound import SocketWatch
 from rospy_support.slave_server import BODY_LIMIT, SlaveServer
+from rostest_support.waiting import until
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -93,9 +93,7 @@ def test_idle_and_slow_connections_cost_no_thread_and_are_closed(server, monkeyp
     threads = threading.active_count()
     connections = [connect(server, data) for data in 50 * [b'', b'POST / HTTP/1.1\r\n']]
     assert xmlrpc.client.ServerProxy('http://{}:{}/'.format(*server.server_address)).echo()[0] == 1
-    end = time.monotonic() + DEADLINE
-    while threading.active_count() > threads:
-        assert time.monotonic() < end
+    until(lambda: threading.active_count() <= threads)
     for connection in connections:
         with connection:
             assert connection.recv(1) == b''

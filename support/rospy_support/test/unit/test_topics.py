@@ -156,24 +156,6 @@ def test_subscriber_that_stops_reading_loses_messages_and_gets_whole_ones_again_
     assert early + late == sorted(set(early + late))
 
 
-def test_slow_reader_gets_a_stream_in_step_with_rising_numbers(publisher, subscribe):
-    theirs = subscribe()
-    theirs.setblocking(False)
-    stream, seen = b'', []
-    for number in range(FLOOD):
-        publisher.publish(text(number, 8 + number * 37 % 5000))
-        if number % 7 == 0:
-            try:
-                stream += theirs.recv(4001)
-            except BlockingIOError:
-                pass
-            numbers, stream = parse(stream)
-            seen += numbers
-    seen += parse(stream + received(theirs))[0]
-    assert seen == sorted(set(seen))
-    assert 100 < len(seen) < FLOOD
-
-
 def test_subscriber_that_does_not_read_takes_nothing_from_another(publisher, subscribe):
     subscribe('deaf')
     theirs = subscribe('good')

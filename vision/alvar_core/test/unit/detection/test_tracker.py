@@ -150,13 +150,6 @@ def test_fast_motion_is_followed():
         assert np.linalg.norm(found[0].position - placed.position) < 0.005
 
 
-@pytest.mark.release
-def test_nothing_is_invented_in_clutter():
-    tracker = Tracker(Detector(SIZE))
-    for k in range(6):
-        assert tracker.update(picture(300 + k, [], clutter=40), CAMERA) == []
-
-
 def test_motion_settles_the_ambiguity():
     # It comes from near, where the tilt is clear, and goes far, where one picture alone leaves it open.
     tracker, alone, flips, flips_alone = Tracker(Detector(SIZE)), Detector(SIZE), 0, 0
