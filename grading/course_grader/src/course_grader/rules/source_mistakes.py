@@ -191,7 +191,7 @@ def _never_called(one: Program) -> Iterator[str]:
               and _bare(owner) and not method.name.startswith('__') and owner.name in one.read]
     for function, before in parts:
         nodes = list(ast.walk(function))
-        works = any(calls(nodes, *WORKS))
+        works = any(_all_in(one, nodes, kind) for kind in WORKS)  # otherwise it may be left over
         if function.name not in one.read and not function.decorator_list and works:
             yield (f'nothing calls {function.name}: '
                    + ('call it' if before else f'write `{function.name}(...)` at the end of the program')
@@ -230,8 +230,9 @@ def _handler_without_return(one: Program) -> Iterator[str]:
     handlers.update((last(key.value), last(call.args[1])) for call in calls(one.nodes, 'Service')
                     for key in call.keywords if key.arg == 'handler' and len(call.args) > 1)
     for function in functions(one):
-        if function.name in handlers and not any(isinstance(node, (ast.Return, ast.Yield, ast.Raise))
-                                                 for node in ast.walk(function)):
+        if function.name in handlers and not any(
+                isinstance(node, ast.Return) and node.value or isinstance(node, (ast.Yield, ast.Raise))
+                for node in ast.walk(function)):
             yield f'the function of a service must return a response: `return {handlers[function.name]}Response()`'
 
 
@@ -243,14 +244,20 @@ def _too_late(one: Program) -> Iterator[str]:
                 continue
             for number, part in enumerate(block):
                 after = [inner for later in block[number + 1:] for inner in ast.walk(later)]
-                if _is_spin(part) and any(calls(after, *MAKES)):
+                if _is_spin(part) and any(_all_in(one, after, kind) for kind in MAKES):
                     yield (f'rospy.spin() in line {part.lineno} returns only when the program ends: what stands after '
                            'it comes too late')
                 elif _is_endless(part):
                     late = list(calls(after, 'publish', 'sendTransform'))
-                    if late and len(late) == len(list(calls(one.nodes, 'publish', 'sendTransform'))):
+                    if late and _all_in(one, after, 'publish', 'sendTransform'):
                         yield (f'line {late[0].lineno} stands after the loop in line {part.lineno}, which ends only '
                                'with the program: indent it, so that it belongs to the loop')
+
+
+def _all_in(one: Program, nodes: List[ast.AST], *called: str) -> bool:
+    """Return whether these nodes contain calls of these functions, and nothing else in the program calls them."""
+    inside = len(list(calls(nodes, *called)))
+    return inside > 0 and inside == len(list(calls(one.nodes, *called)))
 
 
 def _is_spin(statement: ast.stmt) -> bool:
@@ -335,23 +342,45 @@ def _bound(test: ast.AST) -> Optional[Tuple[str, bool, float]]:
 
 
 def _no_init_node(one: Program) -> Iterator[str]:
-    """A program that uses rospy without init_node."""
-    if any(calls(one.nodes, *MAKES)) and 'init_node' not in one.source and 'rospy' in one.read:
+    """A program that uses rospy without init_node, which only calls of services do not need."""
+    if (any(calls(one.nodes, *(kind for kind in MAKES if kind != 'ServiceProxy'))) and 'init_node' not in one.source
+            and 'rospy' in one.read):
         yield 'call rospy.init_node before everything else of rospy'
 
 
 def _local_variable(one: Program) -> Iterator[str]:
-    """Functions that give a value to a name of the module without ``global``."""
-    def stored(nodes: Iterator[ast.AST]) -> Set[str]:
-        return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    outside = stored(node for statement in one.tree.body if isinstance(statement, ast.Assign)
-                     for node in ast.walk(statement))
-    for function in (node for node in one.tree.body if isinstance(node, ast.FunctionDef)):
-        declared = {name for node in ast.walk(function) if isinstance(node, ast.Global) for name in node.names}
-        read = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
-        for name in sorted(stored(ast.walk(function)) & outside - declared - read):
-            yield (f'{name} in {function.name} is another variable than {name} outside: write `global {name}` in the '
-                   'first line of the function')
+    """Functions that give a value to a name that is read outside of them, without ``global``.
+
+    One that a callback also reads itself counts if all that it gets outside is its first value, such as None or 0.
+    """
+    own = {function.name for function in callbacks(one)}
+    for outer, statements in _scopes(one):
+        outside = {node for statement in statements if not isinstance(statement, (ast.FunctionDef, ast.ClassDef))
+                   for node in ast.walk(statement)}
+        first = {last(node.targets[0]): node.value for node in outside if isinstance(node, ast.Assign)}
+        for function in (part for part in statements if isinstance(part, ast.FunctionDef)):
+            inside = list(ast.walk(function))
+            declared = {name for node in inside if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+            declared |= {argument.arg for node in inside if isinstance(node, ast.arguments) for argument in node.args}
+            read = {node.id for node in inside if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            elsewhere = {node.id for node in set(one.nodes) - set(inside)
+                         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            for name in sorted(_stored(inside) & set(first) & elsewhere - declared):
+                if name not in read or function.name in own and not getattr(first[name], 'value', True) and sum(
+                        isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+                        for node in set(one.nodes) - set(inside)) == 1:
+                    yield (f'{name} in {function.name} is another variable than {name} outside: write '
+                           f'`{"nonlocal" if outer else "global"} {name}` in the first line of the function')
+
+
+def _scopes(one: Program) -> Iterator[Tuple[str, List[ast.stmt]]]:
+    """Yield the name of each function, '' of the module, and its statements."""
+    yield '', [*one.tree.body, *(part for node in one.tree.body if isinstance(node, ast.If) for part in node.body)]
+    yield from ((function.name, function.body) for function in functions(one))
+
+
+def _stored(nodes: List[ast.AST]) -> Set[str]:
+    return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
 
 
 def _forgotten_self(one: Program) -> Iterator[str]:
