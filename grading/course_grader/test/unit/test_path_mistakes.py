@@ -222,10 +222,35 @@ def test_a_robot_that_steers_away_from_a_gate(side, advice):
     assert any('it steers away from x = 1.2, y = 0.12: positive linear.y' in hint for hint in said) == advice
 
 
-def test_another_pace_is_told_in_numbers():
+def test_another_pace():
     seen = Observed(commands=[Command(0.1 * number, 0.5, 0.0, 0.0) for number in range(9)])
-    assert list(path_mistakes.measured(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['commands'])) == [
-        'linear.x is 0.5 in 9 of 9 commands, and not 0.19 to 0.21 m/s forward or backward']
+    assert path_mistakes.found(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['commands'])['commands'] == [
+        'linear.x is 0.5 m/s forward or backward, and not 0.19 to 0.21 m/s']
+
+
+def test_velocities_that_are_seldom_as_asked():
+    seen = Observed(commands=[Command(0.1 * number, 0.6 if number < 4 else 0.2, 0.0, 0.0) for number in range(9)])
+    assert list(path_mistakes.measured(exercise.load(FOLDER / 'p_controller.yaml'), seen, ['commands'])) == [
+        'linear.x is 0.6 in 4 of 9 commands, and not -0.5 to 0.5 m/s']
+
+
+@pytest.mark.parametrize('change, advice', [
+    (0.8, 'it changes between forward and backward at 0.79 m, and not at 0.5 m'), (0.5, None)])
+def test_where_a_velocity_changes(change, advice):
+    seen = Observed()
+    for number in range(60):
+        value = 1.1 - 0.02 * (number % 45)
+        seen.sensed.append(Sensed(0.1 * number, 'ahead', value))
+        seen.commands.append(Command(0.1 * number + 0.05, math.copysign(0.2, value - change), 0.0, 0.0))
+    said = path_mistakes.found(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['keeps'])['keeps']
+    assert said[0].startswith(advice) if advice else said == []
+
+
+@pytest.mark.parametrize('off, advice', [(1, True), (0, False)])
+def test_a_pen_that_is_off(off, advice):
+    said = found('black_path', lambda turtle: visit(turtle.pen(0, 0, 0, 2, off), (2, 2), (8, 2)), 'pen')
+    assert said == (['the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'] if advice
+                    else [])
 
 
 def test_small_turn_speeds_are_not_taken_for_degrees():
@@ -284,7 +309,8 @@ def test_a_follower_that_does_not_drive_as_it_should(steps, advice):
 
 @pytest.mark.parametrize('leader, reads, advice', [
     ((-2.0, 0.5), ('/turtle1/pose', '/turtle2/pose'), 'drives away from turtle1'),
-    ((8.0, 1.0), ('/turtle1/pose', '/turtle2/pose'), None), ((8.0, 1.0), ('/turtle1/pose', '/tf'), None),
+    ((8.0, 1.0), ('/turtle1/pose', '/turtle2/pose'), 'is on its way to turtle1, but 5.'),
+    ((8.0, 1.0), ('/turtle1/pose', '/tf'), 'is on its way'), ((2.4, 0.5), ('/turtle1/pose', '/tf'), None),
     ((8.0, 1.0), ('/turtle1/pose',), 'receives no pose of turtle2')])
 def test_a_follower_on_its_way_to_a_turtle(leader, reads, advice):
     said = followed(*[(0.5, 0.05)] * 5, leader=leader, reads=reads)

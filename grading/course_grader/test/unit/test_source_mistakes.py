@@ -43,6 +43,8 @@ def found(text):
     ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\n", 'publish(message)'),
     ("pen = rospy.ServiceProxy('/turtle1/set_pen', SetPen)\npen.wait_for_service()\n", 'never called'),
     ("x = 0\ndef show(pose):\n    x = pose.x\nprint(x)\n", '`global x`'),
+    ("def far(x):\n    x + 1\nd = far(2)\n", 'far is used as a value in line 8, but returns none'),
+    ("def far(x):\n    print(x)\nwhile far(2) > 1:\n    pass\n", 'far is used as a value in line 8'),
     ("x = None\ndef show(pose):\n    x = pose.x\n    print(x)\nrospy.Subscriber('a', Pose, show)\nprint(x)\n",
      '`global x`'),
     ("def go():\n    x = 0\n    def show(pose):\n        x = pose.x\n    rospy.Subscriber('a', Pose, show)\n"
@@ -73,6 +75,7 @@ def test_mistakes(text, advice):
     "if x >= 6:\n    pass\nelif y >= 8:\n    pass\n", "if x >= 6:\n    pass\nif x >= 8:\n    pass\n",
     "if read() > 6:\n    pass\nelif read() > 8:\n    pass\n", "if x > a:\n    pass\nelif x > b:\n    pass\n",
     "x = 2.0\ndef show(pose):\n    x = pose.x\n    print(x)\nrospy.Subscriber('a', Pose, show)\nprint(x)\n",
+    "def far(x):\n    return x\nd = far(2)\n", "def far(x):\n    print(x)\nfar(2)\nd = other.far(2)\n",
     "x = 0\ndef show(pose):\n    x = pose.x\n", "x = 0\ndef add(x):\n    x = x + 1\n    return x\nprint(add(x))\n",
     "def stop():\n    p.publish(0)\np = rospy.Publisher('a', Twist)\np.publish(1)\n",
     "p = rospy.Publisher('a', Twist)\np.publish(1)\nrospy.spin()\np.publish(0)\n",

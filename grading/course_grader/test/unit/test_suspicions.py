@@ -71,6 +71,8 @@ def found(text, positions=True):
     ('rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle1", "turtle2", rospy.Time())\n',
      'rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle2", "turtle1", rospy.Time())\n',
      "comes first, 'turtle2', and then 'turtle1'"),
+    ('t.linear.x = pose.angular_velocity\n', 't.linear.x = pose.linear_velocity\nt.angular.z = pose.angular_velocity\n',
+     'line 1 sets linear.x to angular_velocity'),
     ('goal.pose.orientation.z = 1.57\n', 'goal.pose.orientation.z = 0.7071\n', 'is a part of a quaternion'),
     ('t.transform.rotation.z = pose.theta\n', 't.transform.rotation.z = math.sin(pose.theta / 2)\n',
      't.transform.rotation.z in line 1 is a part'),

@@ -94,11 +94,19 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
             math.radians(angular), wanted.angular):
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
-        yield from _rated(wanted.rate, observed)
+        yield from [*_paced(wanted, observed)] or _rated(wanted.rate, observed)
     else:
         forward = _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
         turning = _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
         yield from [*forward, *turning] or _outside(wanted, observed)
+
+
+def _paced(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """A speed, forward or backward, that is not that of the task."""
+    paces = [abs(command.linear_x) for command in observed.commands if abs(command.linear_x) > STANDING]
+    if paces and not within(statistics.median(paces), wanted.pace):
+        yield (f'linear.x is {statistics.median(paces):.3g} m/s forward or backward, and not '
+               f'{written(wanted.pace, "m/s")}')
 
 
 def _default(name: str, value: float, limits: Tuple[float, float], source: str) -> Iterator[str]:
@@ -132,7 +140,7 @@ def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
     good = 2.0 * low if math.isinf(high) else (max(low, 0.0) + high) / 2.0
     if not within(rate, wanted):
         yield (f'it publishes {rate:.1f} times per second: rospy.Rate({good:g}) and rate.sleep() in the loop make it '
-               f'{good:g} times, as does a rospy.Timer of {1.0 / good:.2g} s')
+               f'{good:g} times, if nothing else waits there, as does a rospy.Timer of {1.0 / good:.2g} s')
 
 
 def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -146,10 +154,10 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
 
 
 def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
-    path, pens = observed.drawn(pen_down=True), observed.pens()
-    sides = fits.SIDES[wanted.shape]
-    if pens and pens[-1] and pens[-1][-1] and len(path) < len(observed.drawn()):
-        yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
+    path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
+    lifted = list(_lifted(wanted, exercise, observed))
+    if lifted:
+        yield from lifted
         return
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
@@ -168,6 +176,13 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
         yield from found or _sized(wanted, observed)
 
 
+def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A pen that is off at the end, and that does not draw a part of the path."""
+    pens = observed.pens()
+    if pens and pens[-1] and pens[-1][-1] and len(observed.drawn(pen_down=True)) < len(observed.drawn()):
+        yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
+
+
 def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     """A shape that is too large, too small, or not finished."""
     shape, least = rules_driving.drawn_shape(observed, wanted), max(wanted.size[0], SHORT)
@@ -180,8 +195,8 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     elif (observed.timed_out and observed.exit_code is None and observed.standstill() < rules_driving.MOVING
           and not _at_wall(observed)
           and 0.0 < length < 2.0 * (fits.SIDES[wanted.shape] or 3) * least):
-        yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
-               'not complete: drive faster')
+        yield (f'it is too slow, or turns or waits too long: in {observed.seconds:.0f} s it has driven {length:.1f} m, '
+               f'and the {wanted.shape} is not complete')
 
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -215,9 +230,11 @@ def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) 
     nearer = sum(error < -wanted.tolerance for error in late)
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
     two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
-    if not late or not speeds or two_speeds:
+    if not late or not speeds:
         return
-    if STANDING < max(map(abs, speeds)) < HARDLY:
+    if two_speeds:
+        yield from _threshold(wanted, observed)
+    elif STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
     elif max(map(abs, speeds)) > TOO_FAST:
@@ -230,6 +247,17 @@ def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) 
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
     else:
         yield from _stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):])
+
+
+def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Two velocities, forward and backward, that change at another value."""
+    values = {sign: [wanted.value + error for error, speed in _reactions(wanted, observed) if sign * speed > 0.0]
+              for sign in (1, -1)}
+    if min(map(len, values.values())) < MIN_COMMANDS:
+        return
+    change = (min(values[1]) + max(values[-1])) / 2.0
+    if abs(change - wanted.value) > wanted.tolerance:
+        yield f'it changes between forward and backward at {change:.2f} m, and not at {wanted.value:g} m'
 
 
 def _changes(speeds: Sequence[float]) -> int:
@@ -247,8 +275,8 @@ def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequenc
         yield (f'it stands {abs(nearest):.2f} m off its goal, {wanted.value:g} m: check the goal of the program, and '
                'where else it sends zero')
     elif all(speed * nearest > 0.0 for speed in speeds) and abs(errors[-1]) < abs(errors[0]):
-        yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end: choose a larger gain, by which the '
-               'error is multiplied')
+        yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end, with {max(map(abs, speeds)):.2g}: '
+               'choose a larger gain, by which the error is multiplied, or a higher limit')
     elif any(speed * nearest < 0.0 for speed in speeds) and max(errors) - min(errors) < wanted.tolerance:
         yield (f'it keeps {wanted.value + statistics.median(errors):.2f} m, and not {wanted.value:g} m: check the goal '
                'of the program')
@@ -378,7 +406,13 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
     elif len(track) > 1 and observed.track:
         apart = math.dist(track[-1][1:3], observed.track[-1][1:3])
         late = [sample for sample in track if sample.t >= track[-1].t - 1.0]
-        if (apart > wanted.distance and len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) < WALL
+        at = observed.track[-1]
+        approached = math.dist(late[0][1:3], at[1:3]) - apart
+        if (observed.standstill() > 1.0 and apart > wanted.distance
+                and 0.9 * math.dist(late[0][1:3], late[-1][1:3]) < approached > WALL):
+            yield (f'{wanted.turtle} is on its way to turtle1, but {apart:.1f} m away at the end: a larger gain, by '
+                   'which the distance is multiplied, drives faster')
+        elif (apart > wanted.distance and len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) < WALL
                 and not _touches_wall(*track[-1][1:3])):
             yield (f'{wanted.turtle} stops {apart:.1f} m away from turtle1: let it drive on until that is less than '
                    f'{wanted.distance:g} m')
@@ -563,4 +597,4 @@ MEASURED: Dict[str, Callable[[SimpleNamespace, Observed], Iterator[str]]] = {
     'commands': functools.partial(_outside, spans=5), 'draws': _driven_shape, 'same_path': _sent, 'repeats': _repeated}
 KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
     'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'stops': _stopped,
-    'follows': _followed, 'passes': _passed}
+    'follows': _followed, 'passes': _passed, 'pen': _lifted}

@@ -236,6 +236,20 @@ def _handler_without_return(one: Program) -> Iterator[str]:
             yield f'the function of a service must return a response: `return {handlers[function.name]}Response()`'
 
 
+def _no_value_returned(one: Program) -> Iterator[str]:
+    """A function whose value is kept, but which returns none."""
+    silent = {function.name for function in functions(one) if not function.decorator_list and not any(
+        isinstance(node, ast.Return) and node.value or isinstance(node, (ast.Yield, ast.YieldFrom, ast.Raise))
+        for node in ast.walk(function))}
+    for node in one.nodes:
+        if (isinstance(node, (ast.Assign, ast.Compare, ast.BinOp)) and isinstance(getattr(
+                node, 'value', getattr(node, 'left', None)), ast.Call)):
+            call = node.value if isinstance(node, ast.Assign) else node.left
+            name = last(call.func)
+            if name in silent and dotted(call.func) in (name, f'self.{name}'):
+                yield f'{name} is used as a value in line {node.lineno}, but returns none: `return ...` gives it one'
+
+
 def _too_late(one: Program) -> Iterator[str]:
     """Work after rospy.spin(), or after a loop that runs as long as the program."""
     for node in one.nodes:
@@ -418,8 +432,8 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
 
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
-    _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
-    _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _too_late,
+    _returned_type, _handler_without_return, _no_value_returned, _no_self, _never_called, _no_callback, _no_init_node,
+    _local_variable, _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _too_late,
     _order_of_a_quaternion, _waits_for_itself)
 
 

@@ -275,6 +275,15 @@ def _field(node: ast.AST) -> str:
     return _axis(node) or ('theta' if ANGLE.fullmatch(last(node)) else '')
 
 
+def _crossed_velocities(one: Program, _observed: Observed) -> Iterator[str]:
+    """``linear.x = pose.angular_velocity``."""
+    crossed = {('linear', 'angular_velocity'), ('angular', 'linear_velocity')}
+    for node in one.nodes:
+        target = dotted(node.targets[0]).split('.') if isinstance(node, ast.Assign) else []
+        if len(target) > 2 and (target[-2], last(node.value)) in crossed:
+            yield f'line {node.lineno} sets {".".join(target[-2:])} to {last(node.value)}'
+
+
 def _own_heading(one: Program, _observed: Observed) -> Iterator[str]:
     """A direction to a point that no heading is subtracted from."""
     if one.read & {'theta', 'orientation', 'lookup_transform', 'lookupTransform', 'markers'} or not re.search(
@@ -328,7 +337,7 @@ def only_debugs(one: Program) -> Iterator[str]:
 
 KINDS: Tuple[Callable[[Program, Observed], Iterator[str]], ...] = (
     _grows, _rounds_down, in_degrees, _swapped_atan2, _part_of_a_quaternion, _angle_in_a_quaternion,
-    _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
+    _crossed_velocities, _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
     _before_it_is_connected, sleeps_in_a_callback, _no_pause, same_part_twice)
 
 
