@@ -222,6 +222,13 @@ def test_a_robot_that_steers_away_from_a_gate(side, advice):
     assert any('it steers away from x = 1.2, y = 0.12: positive linear.y' in hint for hint in said) == advice
 
 
+@pytest.mark.parametrize('exit_code, told', [(None, True), (1, False)])
+def test_velocities_that_the_robot_does_not_take(exit_code, told):
+    seen = Observed(connections={('/cmd_vel', 'publishes')}, exit_code=exit_code)
+    said = list(path_mistakes.measured(exercise.load(FOLDER / 'keep_distance.yaml'), seen, ['keeps']))
+    assert any('or faster than 10 m/s' in hint for hint in said) == told
+
+
 def test_another_pace():
     seen = Observed(commands=[Command(0.1 * number, 0.5, 0.0, 0.0) for number in range(9)])
     assert path_mistakes.found(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['commands'])['commands'] == [

@@ -101,7 +101,8 @@ def test_right_programs_have_none(path):
 
 @pytest.mark.parametrize('text, names', [
     ("rospy.Publisher('cmd_vel', Twist)\n", ['/cmd_vel']), ("NAME = '/turtle1/pose'\n", ['/turtle1/pose']),
-    ("print('m/s of it', 'a / b')\n", []), ("def broken(:\n", None)])
+    ("print('m/s of it', 'a / b')\n", []), ("f'/{turtle}/pose'\n'/' + turtle + '/pose'\n", []),
+    ("def broken(:\n", None)])
 def test_names(text, names):
     program = source_mistakes.program(text)
     assert (source_mistakes.names(program) if program else None) == names

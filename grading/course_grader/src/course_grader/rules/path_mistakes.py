@@ -35,6 +35,7 @@ MIN_COMMANDS = 5  # commands that show that the vehicle goes the wrong way
 MAX_TOWARDS = 2  # commands towards a goal that is far off, up to which the sign is wrong, and not the goal
 MIN_LAW, CORRELATED = 10, 0.95  # commands, and the correlation, that show how a velocity follows a measurement
 LIMITED = 0.98  # of the highest velocity; from there on, it may be limited
+APPROACH = 4.0  # [s] at the end, in which a follower drives straight to a turtle that stands
 UNDISTURBED = 0.5  # [m] from a point: farther off, what stands beside it has not touched the vehicle
 FEW = 0.1  # of the commands that may differ, such as a last zero
 MIN_ERROR = 0.02  # [m] from the goal; below it, the sign of a velocity means nothing
@@ -405,15 +406,14 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
     elif len(track) > 1 and observed.track:
         apart = math.dist(track[-1][1:3], observed.track[-1][1:3])
-        late = [sample for sample in track if sample.t >= track[-1].t - 1.0]
-        at = observed.track[-1]
-        approached = math.dist(late[0][1:3], at[1:3]) - apart
-        if (observed.standstill() > 1.0 and apart > wanted.distance
-                and 0.9 * math.dist(late[0][1:3], late[-1][1:3]) < approached > WALL):
+        late, approach = ([sample for sample in track if sample.t >= track[-1].t - time] for time in (1.0, APPROACH))
+        approached = math.dist(approach[0][1:3], observed.track[-1][1:3]) - apart
+        moves = len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) >= WALL
+        if (moves and observed.standstill() >= APPROACH and apart > wanted.distance
+                and approached > 0.95 * fits.path_length([sample[1:3] for sample in approach])):
             yield (f'{wanted.turtle} is on its way to turtle1, but {apart:.1f} m away at the end: a larger gain, by '
                    'which the distance is multiplied, drives faster')
-        elif (apart > wanted.distance and len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) < WALL
-                and not _touches_wall(*track[-1][1:3])):
+        elif apart > wanted.distance and len(late) > 1 and not moves and not _touches_wall(*track[-1][1:3]):
             yield (f'{wanted.turtle} stops {apart:.1f} m away from turtle1: let it drive on until that is less than '
                    f'{wanted.distance:g} m')
 
@@ -524,6 +524,9 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 def measured(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
     """What a vehicle did, in numbers, where no cause is sure: they are compared with the task."""
+    if ('/cmd_vel', 'publishes') in observed.connections and not observed.commands and observed.exit_code is None:
+        yield ('the robot took no velocity of it: either the program never gets to its publish, or what it sends is '
+               f'nan, or faster than {robot_world.FASTEST_COMMAND:g} m/s')
     for rule in exercise.rules:
         if rule.name in lost and rule.name in MEASURED and (observed.commands or rule.name == 'draws'):
             yield from MEASURED[rule.name](SimpleNamespace(**rule.parameters), observed)

@@ -48,8 +48,9 @@ def names(one: Program) -> List[str]:
 
     These are strings with a slash, and arguments of Publisher, Subscriber, Service, ServiceProxy and wait_for_service.
     """
+    parts = {part for node in one.nodes if isinstance(node, (ast.JoinedStr, ast.BinOp)) for part in ast.walk(node)}
     texts = [node.value for node in one.nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
-             and '/' in node.value]
+             and '/' in node.value and node not in parts]
     for call in calls(one.nodes, 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'wait_for_service'):
         texts += [first.value for first in call.args[:1] if isinstance(first, ast.Constant)
                   and isinstance(first.value, str)]

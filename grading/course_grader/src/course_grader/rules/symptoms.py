@@ -2,7 +2,9 @@
 
 Every exercise has the symptoms of this module, of failures.py, and of the *_mistakes.py. An exercise file lists its own
 in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. Certain causes come first: a
-program that has crashed gets the reason, and a certain mistake stands alone, because the rest is its effect.
+program that has crashed gets the reason, and a certain mistake stands alone, because the rest is its effect. Of what is
+not certain, a hint says what was seen: several mistakes look the same, and what was seen cannot mislead. Numbers alone
+come last.
 """
 import re
 import statistics
