@@ -194,10 +194,10 @@ def _never_called(one: Program) -> Iterator[str]:
         nodes = list(ast.walk(function))
         works = any(_all_in(one, nodes, kind) for kind in WORKS)  # otherwise it may be left over
         if function.name not in one.read and not function.decorator_list and works:
-            yield (f'nothing calls {function.name}: '
-                   + ('call it' if before else f'write `{function.name}(...)` at the end of the program')
-                   + (', or hand it over to what calls it, such as rospy.Subscriber or rospy.Timer'
-                      if len(function.args.args) > (1 if before else 0) else ''))
+            call = 'call it' if before else f'write `{function.name}(...)` at the end of the program'
+            yield f'nothing calls {function.name}: ' + (
+                f'hand it over to what calls it, such as rospy.Subscriber(TOPIC, TYPE, {before}{function.name}) or '
+                f'rospy.Timer, or {call}' if len(function.args.args) > (1 if before else 0) else call)
 
 
 def _bare(owner: ast.ClassDef) -> bool:
