@@ -567,7 +567,7 @@ def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     """Number, time and velocities of commands."""
     sent = [command for command in observed.commands if max(map(abs, command[1:4])) > STANDING]
     if sent:
-        linear, angular = (_spread([command[part] for command in sent]) for part in (1, 3))
+        linear, angular = _spread([one.linear_x for one in sent]), _spread([one.angular_z for one in sent])
         yield (f'it sent {len(sent)} velocities in {sent[-1].t - sent[0].t:.1f} s, with linear.x {linear} m/s and '
                f'angular.z {angular} rad/s: compare these numbers with the task')
 

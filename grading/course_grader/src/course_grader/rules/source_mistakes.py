@@ -243,11 +243,10 @@ def _no_value_returned(one: Program) -> Iterator[str]:
         isinstance(node, ast.Return) and node.value or isinstance(node, (ast.Yield, ast.YieldFrom, ast.Raise))
         for node in ast.walk(function))}
     for node in one.nodes:
-        if (isinstance(node, (ast.Assign, ast.Compare, ast.BinOp)) and isinstance(getattr(
-                node, 'value', getattr(node, 'left', None)), ast.Call)):
+        if isinstance(node, (ast.Assign, ast.Compare, ast.BinOp)):
             call = node.value if isinstance(node, ast.Assign) else node.left
-            name = last(call.func)
-            if name in silent and dotted(call.func) in (name, f'self.{name}'):
+            name = last(call.func) if isinstance(call, ast.Call) else ''
+            if isinstance(call, ast.Call) and name in silent and dotted(call.func) in (name, f'self.{name}'):
                 yield f'{name} is used as a value in line {node.lineno}, but returns none: `return ...` gives it one'
 
 

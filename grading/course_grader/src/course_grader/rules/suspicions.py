@@ -278,8 +278,8 @@ def _field(node: ast.AST) -> str:
 def _crossed_velocities(one: Program, _observed: Observed) -> Iterator[str]:
     """``linear.x = pose.angular_velocity``."""
     crossed = {('linear', 'angular_velocity'), ('angular', 'linear_velocity')}
-    for node in one.nodes:
-        target = dotted(node.targets[0]).split('.') if isinstance(node, ast.Assign) else []
+    for node in (node for node in one.nodes if isinstance(node, ast.Assign)):
+        target = dotted(node.targets[0]).split('.')
         if len(target) > 2 and (target[-2], last(node.value)) in crossed:
             yield f'line {node.lineno} sets {".".join(target[-2:])} to {last(node.value)}'
 
