@@ -369,7 +369,7 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
         at = next((sample.x for sample in observed.track if sample.t >= times[-1]), math.inf)
         if observed.exit_code == 0 and wanted.x is not None and abs(at - wanted.x) < 2.0 * wanted.tolerance:
             yield ('its last command is not zero, so that the vehicle drives on when the program has ended: publish '
-                   'Twist() before that')
+                   'Twist() before that, and wait a moment, as by rospy.sleep(0.5), so that it arrives')
         return
     pause, speed = period(times), max(math.hypot(*command[1:3]) for command in observed.commands)
     if pause * speed > 2.0 * wanted.tolerance:

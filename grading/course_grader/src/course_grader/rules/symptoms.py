@@ -221,8 +221,8 @@ def _early_end(seen: Seen) -> Iterator[str]:
     if (not observed.commands and observed.exit_code == 0 and 'publish(' in observed.source
             and any((name, 'subscribes') in observed.others for name, role in observed.connections
                     if role == 'publishes')):
-        yield ('no command arrived: a publisher needs a moment to connect, so publish again and again in a loop, with '
-               'rate.sleep()')
+        yield ('no command arrived before it ended: a publisher needs a moment to connect, so publish again and again '
+               'in a loop, with rate.sleep(); or the program never gets to its publish')
 
 
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
