@@ -104,7 +104,7 @@ def test_exact_comparisons(text, advice):
 
 
 @pytest.mark.parametrize('text, advice', [
-    ("twist.angular.z = 90\n", True), ("turn(pub, 120.0)\n", True), ("turn(math.radians(90))\n", False),
+    ("twist.angular.z = 90\n", True), ("turn(pub, 120.0)\n", True), ("robot.corner(90)\n", True), ("turn(math.radians(90))\n", False),
     ("turn(90 * math.pi / 180)\n", False), ("for i in range(90):\n    pass\n", False), ("rospy.sleep(30)\n", False),
     ("goals = [(-2, 2, 0), (0, 2, -90)]\nq = quaternion_from_euler(0, 0, 0)\n", True),
     ("while steps < 90:\n    returned = 45\n", False), ("twist.angular.z = 0.9\n", False)])

@@ -18,8 +18,8 @@ NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
 SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write')  # functions that show a number
 AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
 ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
-ROTATES = re.compile(r'(?:.*_)?(?:sin|cos)|.*(?:theta|yaw|heading|angle|angular|(?<!re)turn|rotat|degree|euler|teleport'
-                     r').*', re.IGNORECASE)  # names of what has to do with an angle
+ROTATES = re.compile(r'(?:.*_)?(?:sin|cos)|.*(?:theta|yaw|heading|angle|angular|(?<!re)turn|rotat|corner|degree|euler|'
+                     r'teleport).*', re.IGNORECASE)  # names of what has to do with an angle
 FLOOD = 0.025  # [s] between two commands, if the program did not wait: one in each tick of the simulator
 NEAR_PI = 3.0  # [rad]: a heading beside its jump
 SPINS = 6.0 * math.pi  # [rad] that a vehicle turns, three times what a closed shape needs
