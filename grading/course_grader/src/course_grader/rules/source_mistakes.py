@@ -14,6 +14,9 @@ WAITING = 'Subscriber', 'Service', 'Timer'
 
 TYPES = (  # pattern of a name, its type, and the module of that
     (r'(/turtle\w*)?/cmd_vel', 'Twist', 'geometry_msgs.msg'), (r'/turtle\w*/pose', 'Pose', 'turtlesim.msg'),
+    (r'/scan', 'LaserScan', 'sensor_msgs.msg'), (r'/global_localization', 'Empty', 'std_srvs.srv'),
+    (r'/scan_to_distance', 'LaserScanSplit', 'robotont_laserscan_to_distance.msg'),
+    (r'/initialpose', 'PoseWithCovarianceStamped', 'geometry_msgs.msg'),
     (r'/odom', 'Odometry', 'nav_msgs.msg'), (r'/ar_pose_marker', 'AlvarMarkers', 'ar_track_alvar_msgs.msg'),
     (r'/turtle\w*/set_pen', 'SetPen', 'turtlesim.srv'), (r'/spawn', 'Spawn', 'turtlesim.srv'),
     (r'/turtle\w*/teleport_absolute', 'TeleportAbsolute', 'turtlesim.srv'), (r'/kill', 'Kill', 'turtlesim.srv'),
@@ -268,6 +271,19 @@ def _too_late(one: Program) -> Iterator[str]:
                                'with the program: indent it, so that it belongs to the loop')
 
 
+def _wrong_loop(one: Program) -> Iterator[str]:
+    """``while rospy.is_shutdown()``, and rospy.spin() in a loop that publishes, or in a callback."""
+    repeated = {part: 'the loop' for loop in one.nodes if isinstance(loop, ast.While) and any(
+        calls(list(ast.walk(loop)), 'publish')) for part in ast.walk(loop)}
+    repeated.update((part, function.name) for function in callbacks(one) for part in ast.walk(function))
+    for node in one.nodes:
+        if isinstance(node, ast.While) and isinstance(node.test, ast.Call) and last(node.test.func) == 'is_shutdown':
+            yield f'the loop in line {node.lineno} never runs: it has to be `while not rospy.is_shutdown():`'
+        elif node in repeated and isinstance(node, ast.stmt) and _is_spin(node):
+            yield (f'rospy.spin() in line {node.lineno} returns only when the program ends, so that {repeated[node]} '
+                   'does not go on: call it once, in the last line of the program')
+
+
 def _all_in(one: Program, nodes: List[ast.AST], *called: str) -> bool:
     """Return whether these nodes contain calls of these functions, and nothing else in the program calls them."""
     inside = len(list(calls(nodes, *called)))
@@ -433,8 +449,8 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_value_returned, _no_self, _never_called, _no_callback, _no_init_node,
-    _local_variable, _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _too_late,
-    _order_of_a_quaternion, _waits_for_itself)
+    _wrong_loop, _local_variable, _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds,
+    _too_late, _order_of_a_quaternion, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:
