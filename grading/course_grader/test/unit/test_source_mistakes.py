@@ -42,7 +42,17 @@ def found(text):
     ("rospy.spin()\nrospy.Publisher('/turtle1/cmd_vel', Twist).publish(Twist())\n", 'comes too late'),
     ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\n", 'publish(message)'),
     ("pen = rospy.ServiceProxy('/turtle1/set_pen', SetPen)\npen.wait_for_service()\n", 'never called'),
-    ("x = 0\ndef show(pose):\n    x = pose.x\nshow(1)\n", '`global x`'),
+    ("x = 0\ndef show(pose):\n    x = pose.x\nprint(x)\n", '`global x`'),
+    ("while rospy.is_shutdown():\n    rate.sleep()\n", 'line 6 never runs: it has to be `while not rospy'),
+    ("while not rospy.is_shutdown():\n    p.publish(1)\n    rospy.spin()\n", 'so that the loop does not go on'),
+    ("def go(m):\n    rospy.spin()\nrospy.Subscriber('a', Twist, go)\n", 'so that go does not go on'),
+    ("def far(x):\n    x + 1\nd = far(2)\n", 'far is used as a value in line 8, but returns none'),
+    ("def far(x):\n    print(x)\nwhile far(2) > 1:\n    pass\n", 'far is used as a value in line 8'),
+    ("x = None\ndef show(pose):\n    x = pose.x\n    print(x)\nrospy.Subscriber('a', Pose, show)\nprint(x)\n",
+     '`global x`'),
+    ("def go():\n    x = 0\n    def show(pose):\n        x = pose.x\n    rospy.Subscriber('a', Pose, show)\n"
+     '    print(x)\ngo()\n', '`nonlocal x`'),
+    ("def go(q):\n    print(q)\n    return\nrospy.Service('/a', Trigger, go)\n", '`return TriggerResponse()`'),
     ("class A:\n    def show(self, pose):\n        x = pose.x\n    def x_of(self):\n        return self.x\nA()\n",
      'self.x = ...'),
     ("class A:\n    def show(message):\n        print(message)\nA().show()\n", 'def show(self, message)'),
@@ -67,6 +77,13 @@ def test_mistakes(text, advice):
     "if x >= 8:\n    pass\nelif x >= 6:\n    pass\n", "if x < 6:\n    pass\nelif x > 8:\n    pass\n",
     "if x >= 6:\n    pass\nelif y >= 8:\n    pass\n", "if x >= 6:\n    pass\nif x >= 8:\n    pass\n",
     "if read() > 6:\n    pass\nelif read() > 8:\n    pass\n", "if x > a:\n    pass\nelif x > b:\n    pass\n",
+    "x = 2.0\ndef show(pose):\n    x = pose.x\n    print(x)\nrospy.Subscriber('a', Pose, show)\nprint(x)\n",
+    "while not rospy.is_shutdown():\n    rate.sleep()\nrospy.spin()\n",
+    "while not rospy.is_shutdown():\n    rospy.spin()\n",
+    "def far(x):\n    return x\nd = far(2)\n", "def far(x):\n    print(x)\nfar(2)\nd = other.far(2)\n",
+    "x = 0\ndef show(pose):\n    x = pose.x\n", "x = 0\ndef add(x):\n    x = x + 1\n    return x\nprint(add(x))\n",
+    "def stop():\n    p.publish(0)\np = rospy.Publisher('a', Twist)\np.publish(1)\n",
+    "p = rospy.Publisher('a', Twist)\np.publish(1)\nrospy.spin()\np.publish(0)\n",
     "p = rospy.Publisher('a', Twist)\nwhile not rospy.is_shutdown():\n    p.publish(1)\np.publish(0)\n",
     "euler_from_quaternion([q.x, q.y, q.z, q.w])\n",
     "s = SimpleActionServer('a', FibonacciAction, go)\n", "m = Pose()\nm.x\n",
@@ -89,7 +106,8 @@ def test_right_programs_have_none(path):
 
 @pytest.mark.parametrize('text, names', [
     ("rospy.Publisher('cmd_vel', Twist)\n", ['/cmd_vel']), ("NAME = '/turtle1/pose'\n", ['/turtle1/pose']),
-    ("print('m/s of it', 'a / b')\n", []), ("def broken(:\n", None)])
+    ("print('m/s of it', 'a / b')\n", []), ("f'/{turtle}/pose'\n'/' + turtle + '/pose'\n", []),
+    ("def broken(:\n", None)])
 def test_names(text, names):
     program = source_mistakes.program(text)
     assert (source_mistakes.names(program) if program else None) == names

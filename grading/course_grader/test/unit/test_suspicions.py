@@ -1,27 +1,35 @@
 """course_grader.rules.suspicions: what may be a mistake where a vehicle does not move as it should."""
+import math
 import pathlib
 
 import pytest
 
 from course_grader.rules import source_mistakes, suspicions
+from course_grader.rules.observation import Command, Observed, Sample
 
-SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 PUBLISHER = 'pub = rospy.Publisher("/cmd_vel", Twist)\n'
 LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
 
 
 def found(text, positions=True):
     """Return the advice on a program."""
-    return suspicions.found(source_mistakes.program(text), positions)
+    program = source_mistakes.program(text)
+    return [*suspicions.found(program, positions), *(suspicions.unwrapped(program, Observed()) if positions else ())]
 
 
 @pytest.mark.parametrize('wrong, right, advice', [
     ('twist.linear.x += 0.1\n', 'twist.linear.x = v + 0.1\n', 'so that it grows'),
     ('place = (pose.x, pose.x, 0)\n', 'place = (pose.x, pose.y, 0)\n', 'uses pose.x twice, and pose.y not at all'),
     ('dx, dy = x - pose.x, y - pose.x\n', 'dx, dy = x - pose.x, y - pose.y\n', 'uses pose.x twice'),
-    ('speed = 1 // 2\n', 'speed = 1 / 2\n', 'a whole number'),
+    ('speed = 1 // 2\n', 'speed = 1 / 2\nahead = ranges[len(ranges) // 2]\nmiddle = len(ranges) // 2\n',
+     'a whole number'),
     ('twist.angular.z = math.degrees(math.atan2(y, x))\n', "print('%.1f' % math.degrees(yaw))\n"
-     "rospy.loginfo(f'{math.degrees(yaw)}')\n", 'line 1 makes degrees'),
+     "rospy.loginfo(f'{math.degrees(yaw)}')\nturned = math.degrees(yaw)\nwhile turned < 90:\n    rate.sleep()\n",
+     'line 1 makes degrees'),
+    ('d = math.degrees(yaw)\nq = quaternion_from_euler(0, 0, d)\n', 'd = math.degrees(yaw)\nprint(d)\n',
+     'line 1 makes degrees'),
     ('a = math.atan2(dx, dy)\n', 'a = math.atan2(dy, dx)\n', 'takes y first'),
     ('a = atan2(goal.x - pose.x, goal.y - pose.y)\n', 'a = atan2(goal.y - pose.y, goal.x - pose.x)\n', 'takes y first'),
     ('a = np.arctan2(goal_x - x, y_error)\n', 'a = np.arctan2(p.x, p.z)\na = atan2(sin(x), cos(y))\n'
@@ -64,6 +72,8 @@ def found(text, positions=True):
     ('rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle1", "turtle2", rospy.Time())\n',
      'rospy.Publisher("/turtle2/cmd_vel", Twist)\nbuffer.lookup_transform("turtle2", "turtle1", rospy.Time())\n',
      "comes first, 'turtle2', and then 'turtle1'"),
+    ('t.linear.x = pose.angular_velocity\n', 't.linear.x = pose.linear_velocity\nt.angular.z = pose.angular_velocity\n',
+     'line 1 sets linear.x to angular_velocity'),
     ('goal.pose.orientation.z = 1.57\n', 'goal.pose.orientation.z = 0.7071\n', 'is a part of a quaternion'),
     ('t.transform.rotation.z = pose.theta\n', 't.transform.rotation.z = math.sin(pose.theta / 2)\n',
      't.transform.rotation.z in line 1 is a part'),
@@ -78,6 +88,16 @@ def test_suspicions(wrong, right, advice):
 
 def test_headings_and_comparisons_count_only_where_positions_do():
     assert found('goal = pose.theta + 1.57\nif x == 10:\n    pass\n', positions=False) == []
+
+
+def test_programs_of_the_course_are_not_suspected():
+    paths = [*(REPOSITORY / 'scripts').glob('*.py'), *(REPOSITORY / 'lessons').glob('turtle_tf*/scripts/*.py'),
+             *(REPOSITORY / 'lessons' / 'rospy_tutorials').rglob('*.py')]
+    programs = [(path, source_mistakes.program(path.read_text(encoding='utf-8'))) for path in paths]
+    searched = [(path, program) for path, program in programs if program]  # others are too long
+    assert len(searched) > 20
+    for path, program in searched:
+        assert [*source_mistakes.found(program), *suspicions.found(program, True)] == [], path
 
 
 @pytest.mark.parametrize('path', sorted(set(SAMPLES.glob('*/right_*.py')) - set(
@@ -95,8 +115,38 @@ def test_exact_comparisons(text, advice):
 
 
 @pytest.mark.parametrize('text, advice', [
-    ("twist.angular.z = 90\n", True), ("turn(pub, 120.0)\n", True), ("turn(math.radians(90))\n", False),
+    ("twist.angular.z = 90\n", True), ("turn(pub, 120.0)\n", True), ("robot.corner(90)\n", True),
+    ("turn(math.radians(90))\n", False),
     ("turn(90 * math.pi / 180)\n", False), ("for i in range(90):\n    pass\n", False), ("rospy.sleep(30)\n", False),
-    ("twist.angular.z = 0.9\n", False)])
+    ("goals = [(-2, 2, 0), (0, 2, -90)]\nq = quaternion_from_euler(0, 0, 0)\n", True),
+    ("while steps < 90:\n    returned = 45\n", False), ("twist.angular.z = 0.9\n", False)])
 def test_degrees(text, advice):
-    assert suspicions.degrees(source_mistakes.program(text)) == advice
+    assert bool(suspicions.degrees(source_mistakes.program(text))) == advice
+
+
+def observed(velocities, seconds=1.0, **seen):
+    """Return an Observed with these velocities at equal distances."""
+    return Observed(commands=[Command(seconds * number / len(velocities), velocity, 0.0, 0.0)
+                              for number, velocity in enumerate(velocities)], seconds=seconds, **seen)
+
+
+SPINNING, TURNING = ([Sample(0.1 * number, 1.0, 1.0, math.remainder(0.1 * number, math.tau)) for number in range(count)]
+                     for count in (200, 60))
+
+
+@pytest.mark.parametrize('text, agrees, speaks_against_it', [
+    ('go(0.0, 0.5, 120 / 0.5)\n', observed([], track=SPINNING), observed([], track=TURNING)),
+    ('twist.linear.x += 0.1\n', observed([0.1, 0.2, 0.3]), observed([0.2, 0.2, 0.0])),
+    ('while True:\n    pub.publish(twist)\n', observed([0.1] * 1000), observed([0.1] * 10)),
+    (f'{PUBLISHER}pub.publish(1)\n', observed([]), observed([1.0])),
+    ("def show(p):\n    rospy.sleep(1)\nrospy.Subscriber('/odom', Odometry, show)\n",
+     observed([1.0] * 10, seconds=10.0), observed([1.0] * 100, seconds=10.0)),
+    ('goal = pose.theta + 1.0\n', observed([], track=[Sample(0.0, 1.0, 1.0, 3.1)]),
+     observed([], track=[Sample(0.0, 1.0, 1.0, 1.0)]))])
+def test_a_suspicion_counts_only_if_what_was_observed_agrees(text, agrees, speaks_against_it):
+    program = source_mistakes.program(text)
+
+    def suspected(seen):
+        return [*suspicions.found(program, True, seen), *suspicions.unwrapped(program, seen)]
+    assert len(suspected(agrees)) == 1
+    assert suspected(speaks_against_it) == []

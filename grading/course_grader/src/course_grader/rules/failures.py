@@ -23,8 +23,8 @@ MODULES = 'math', 'sys', 'os', 'time', 'random', 'threading', 'rospy', 'tf', 'tf
 WORDS = {'true': 'True', 'false': 'False', 'none': 'None', 'null': 'None', 'nil': 'None', 'NULL': 'None'}
 TEXT_AS_NUMBER = ('a text is used as a number: write numbers without quotation marks, or make a number of a text by '
                   'float(text)')
-NO_VALUE_YET = ('a variable is still None when it is used, because no message has arrived yet: wait until the callback '
-                'has stored one')
+NO_VALUE_YET = ('a variable is still None when it is used: wait until the callback has stored a message in it; a '
+                'function without return gives None, too')
 NO_PARENTHESES = 'a function is called with parentheses, also one without arguments, as in rospy.Time.now()'
 PYTHON_2 = 'this is Python 2: `2to3 -w FILE` makes it Python 3'
 INDENTATION = 'indent each block by four blanks, and use no tabs'
@@ -96,7 +96,9 @@ def _no_attribute(match: Match[str], source: str) -> str:
         return OF_PYTHON[kind].format(name)
     if re.search(rf'\bclass\s+{kind}\b', source):
         return _not_in_class(kind, name, source)
-    kind = kind.lstrip('_')
+    kind, meant = kind.lstrip('_'), match[3]
+    if meant and kind[:1].isupper():
+        return f'{kind} has no field {name}: did you mean {meant}?'
     service = re.fullmatch(r'(\w+)(Request|Response)', kind)
     if service:
         return f'{kind} has no field {name}: `rossrv show {service[1]}` lists its fields'
@@ -148,6 +150,8 @@ def _not_supported(match: Match[str], _source: str) -> str:
         return TEXT_AS_NUMBER
     if kinds & {'function', 'method', 'builtin_function_or_method'}:
         return NO_PARENTHESES
+    if kinds & {'Time', 'Duration'}:
+        return 'a time of ROS is no number: time.to_sec() is its seconds, and rospy.Duration(1.0) can be added to it'
     other = sorted(kinds - {'int', 'float'}) or ['number']
     if other[0].lstrip('_')[:1].isupper() or other[0] == 'member_descriptor':
         return 'a whole message is used as a number: use a field of it, such as pose.x'
@@ -162,8 +166,10 @@ def _no_value_yet(name: str, source: str) -> str:
             'first line of the function')
 
 
-def _not_callable(match: Match[str], _source: str) -> str:
+def _not_callable(match: Match[str], source: str) -> str:
     kind = match[1]
+    if kind == 'NoneType' and not re.search(r'(?:Subscriber|Service|Timer|on_shutdown)\([^\n]*\w\(', source):
+        return 'None stands before parentheses, as if it were a function: check what the variable gets'
     if kind == 'NoneType':
         return 'hand over the function itself, without parentheses: `callback`, not `callback()`'
     if kind == 'module':
@@ -175,6 +181,8 @@ def _not_a_list(match: Match[str], _source: str) -> str:
     kind = match[1].lstrip('_')
     if kind == 'NoneType':
         return NO_VALUE_YET
+    if kind == 'Quaternion':
+        return 'a Quaternion is no list: make one of its parts, [q.x, q.y, q.z, q.w]'
     if kind[:1].isupper():
         return f'{kind} is no list: use the list in it, as in `for marker in message.markers:`, or its fields'
     return f'a {kind} is used as a list: check what the variable holds'
@@ -240,13 +248,35 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No field name|(?:is not a valid|has no|Unknown) field|"
      r"unexpected keyword argument '(?:x|y|theta|r|g|b|width|off|name)'",
      'a value of the call has a wrong name: `rossrv show TYPE` lists the right ones'),
-    (r"field (\w+) (?:must be|is not a|is a non|exceeds)",
+    (r"(\w+) is not an attribute of (\w+)", '{1} has no field {0}: `rosmsg show {1}` or `rossrv show` lists them'),
+    (r"_check_types\(\) missing|missing 1 required positional argument: 'self'",
+     'a type stands where an object of it has to be: make one with parentheses, as in Twist()'),
+    (r"field ([\w.]+) must be of type \[\w+/(\w+)\]", 'the value of {0} has to be a {1}: set its parts one by one, '
+     'as in message.linear.x = 0.5, or make one of them, as in {1}(x, y, ...)'),
+    (r"field ([\w.]+) exceeds", 'the value of {0} is outside of its range: colours and widths are 0 to 255'),
+    (r"field (\w+) (?:must be|is not a|is a non)",
      'the value of {0} has the wrong type: it needs numbers, without quotation marks; whole ones, as 255, for colours; '
      'the values of a call are given in the order of `rossrv show TYPE`'),
     (r"required argument is not (?:a float|an integer)|must be real number, not (?:str|list|tuple)|"
      r"struct\.error|ROSSerializationException|[Ff]ield .* must be|an integer is required",
-     'a value of the message or call has the wrong type: it needs numbers, without quotation marks; whole ones, '
-     'as 255, for colours'),
+     'a number is needed where a text, a list or None is given, and a whole one, such as 255, for a colour: write '
+     'numbers without quotation marks'),
+    (r"(\w+) expected (?:at (?:least|most) )?(\d+) arguments?, got (\d+)", '{0} takes {1} values, and gets {2}'),
+    (r"math domain error|expected a (?:nonnegative|number in range)", 'the number has no root, or no asin or acos, '
+     'because it is negative, or above 1: print it before'),
+    (r"(min|max)\(\) (?:arg|iterable argument) is an? empty", '{0}() gets an empty list: look at len(list) first'),
+    (r"(?:too many|not enough) values to unpack|cannot unpack", 'there are more or fewer values after = than names '
+     'before it: print the value'),
+    (r"data_class \[.*is not a", 'the second argument of Publisher and Subscriber is the type of the messages, without '
+     'quotation marks, from PACKAGE.msg'),
+    (r"topic name is not a non-empty string", 'the first argument of Publisher and Subscriber is the name of the '
+     'topic, as a text, and the second its type'),
+    (r"has no attribute '_(?:request|response)_class'", 'ServiceProxy and Service need the type of a service, from '
+     'PACKAGE.srv: no message, request or response'),
+    (r"(\w+)\(\) takes no arguments", '{0} takes no values in its parentheses: the answer of a service is made by '
+     '{0}Response(...), and a class of your own needs an __init__ for them'),
+    (r"(\w+)(?:\.__init__)?\(\) got an unexpected keyword argument '(\w+)'",
+     '{0} has no argument {1}: check its spelling'),
     (r"could not convert string to float|invalid literal for int\(\)",
      'float() and int() read a text that holds one number and nothing else: print the text to see what is in it'),
     (r"(?:can only concatenate str|must be str, not|can't multiply sequence)",
@@ -268,11 +298,12 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"object of type '(\w+)' has no len", _not_a_list),
     (r"cannot access local variable '(\w+)'|local variable '(\w+)' referenced before",
      lambda match, source: _no_value_yet(match[1] or match[2], source)),
+    (r"module '(\w+)' has no attribute '(msg|srv)'", 'import what is used of it: `from {0}.{1} import NAME`'),
     (r"module 'rospy' has no attribute '(\w+)'", 'rospy has no {0}: check the spelling and the capital letters, as in '
      'rospy.Publisher'),
     (r"module '([\w.]+)' has no attribute '(\w+)'", '{0} has no {1}: check the spelling and the capital letters'),
     (r"type object '(\w+)' has no attribute '(\w+)'", OF_A_TYPE),
-    (r"'([\w.]+)' object has no attribute '(\w+)'", _no_attribute),
+    (r"'([\w.]+)' object has no attribute '(\w+)'(?:\. Did you mean: '(\w+)')?", _no_attribute),
     (r"name '(\w+)' is not defined(?:\. Did you mean: '([\w.]+)')?", _undefined),
     (r'to have datatype/md5sum \[([\w/]+)/\w+\], but our version has \[([\w/]+)/\w+\]', _types_differ),
     (r'(?i)service.* md5sum|incompatible (?:service )?type|wants service .* to have',
@@ -280,15 +311,16 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'the type of a service has to be that which its owner gives it: `rosservice type NAME` prints it'),
     (r"service \[([\w/]+)\] unavailable|timeout exceeded while waiting for service ([\w/]+)",
      lambda match, source: _no_service(match[1] or match[2], source)),
-    (r"IndexError: list index out of range", 'a list has fewer elements than the program takes from it, perhaps '
-     'none: loop over it with `for`, or look at len(list) first'),
+    (r"IndexError: (?:list|tuple) index out of range", 'a list has fewer elements than the program takes from it, '
+     'perhaps none: loop over it with `for`, or look at len(list) first'),
     (r"KeyError: '?(~?[\w/]+)", 'nothing has the name {0}: check its spelling, or give a default, as in '
      'rospy.get_param(NAME, 0.5)'),
     (r"ZeroDivisionError", 'a number is divided by 0: look at it before'),
     (r"RecursionError", 'a function calls itself without end: use a loop'),
     (r"ROSBagUnindexedException|not indexed", 'close the bag, by bag.close(), before it is opened to read it'),
     (r"LookupException|ConnectivityException|ExtrapolationException",
-     'a transform is not there at once: look it up in a loop, with try and except, until it is'),
+     'a transform is not there at once: look it up in a loop, with try and except, until it is; and compare the names '
+     'of its frames'),
     (r"env: .?python.?: No such file", f'the first line of the program has to be `{SHEBANG}`'),
     (r"FileNotFoundError", 'the program sees no files but its own: do not read others'),
 )

@@ -1,11 +1,14 @@
 """Mistakes in the path, the commands and the positions of a vehicle: advice for each. Without ROS."""
 import bisect
+import functools
 import itertools
 import math
 import re
 import statistics
 from types import SimpleNamespace
 from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
+
+import numpy as np
 
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
@@ -30,6 +33,11 @@ WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG
 WATCHDOGS = 1.5  # watchdog times until the next command, so that the vehicle has stopped in between
 MIN_COMMANDS = 5  # commands that show that the vehicle goes the wrong way
 MAX_TOWARDS = 2  # commands towards a goal that is far off, up to which the sign is wrong, and not the goal
+MIN_LAW, CORRELATED = 10, 0.95  # commands, and the correlation, that show how a velocity follows a measurement
+LIMITED = 0.98  # of the highest velocity; from there on, it may be limited
+APPROACH = 4.0  # [s] at the end, in which a follower drives straight to a turtle that stands
+UNDISTURBED = 0.5  # [m] from a point: farther off, what stands beside it has not touched the vehicle
+FEW = 0.1  # of the commands that may differ, such as a last zero
 MIN_ERROR = 0.02  # [m] from the goal; below it, the sign of a velocity means nothing
 SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exercise may know the reason
     'marker left': 'it turns or drives away from the marker: angular.z and linear.y are positive to the left, as y of '
@@ -71,7 +79,8 @@ def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
 
 def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Velocities that are swapped, in degrees, or of the wrong sign."""
-    if not observed.commands:
+    called = [call.t for call in observed.calls if call.service == wanted.after]
+    if not observed.commands or called and observed.commands[0].t < min(called):
         return
     linear = statistics.median(command.linear_x for command in observed.commands)
     angular = statistics.median(command.angular_z for command in observed.commands)
@@ -82,14 +91,23 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
     elif ANY not in (wanted.linear, wanted.angular) and not within(linear, wanted.linear) and within(
             linear, wanted.angular) and within(angular, wanted.linear):
         yield 'the two velocities are swapped: linear.x is the speed forward, and angular.z the turn speed'
-    elif wanted.angular != ANY and not within(angular, wanted.angular) and within(
+    elif wanted.angular != ANY and not within(angular, wanted.angular) and not within(0.0, wanted.angular) and within(
             math.radians(angular), wanted.angular):
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
-        yield from _rated(wanted.rate, observed)
+        yield from [*_paced(wanted, observed)] or _rated(wanted.rate, observed)
     else:
-        yield from _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
-        yield from _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
+        forward = _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
+        turning = _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
+        yield from [*forward, *turning] or _outside(wanted, observed)
+
+
+def _paced(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """A speed, forward or backward, that is not that of the task."""
+    paces = [abs(command.linear_x) for command in observed.commands if abs(command.linear_x) > STANDING]
+    if paces and not within(statistics.median(paces), wanted.pace):
+        yield (f'linear.x is {statistics.median(paces):.3g} m/s forward or backward, and not '
+               f'{written(wanted.pace, "m/s")}')
 
 
 def _default(name: str, value: float, limits: Tuple[float, float], source: str) -> Iterator[str]:
@@ -123,7 +141,7 @@ def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
     good = 2.0 * low if math.isinf(high) else (max(low, 0.0) + high) / 2.0
     if not within(rate, wanted):
         yield (f'it publishes {rate:.1f} times per second: rospy.Rate({good:g}) and rate.sleep() in the loop make it '
-               f'{good:g} times, as does a rospy.Timer of {1.0 / good:.2g} s')
+               f'{good:g} times, if nothing else waits there, as does a rospy.Timer of {1.0 / good:.2g} s')
 
 
 def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -137,24 +155,33 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
 
 
 def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
-    path, pens = observed.drawn(pen_down=True), observed.pens()
-    sides = fits.SIDES[wanted.shape]
-    if pens and pens[-1] and pens[-1][-1] and len(path) < len(observed.drawn()):
-        yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
+    path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
+    lifted = list(_lifted(wanted, exercise, observed))
+    if lifted:
+        yield from lifted
         return
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
-        yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
+        yield ('it never turns: angular.z, the turn speed, is 0 in all its commands; x and y of angular do nothing '
+               'here. Does the program get to the part that turns?')
     elif sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
         free = list(itertools.takewhile(lambda place: not _touches_wall(*place), path))
         yield from list(_wrong_turn(wanted.shape, sides, _parts(sides, free))) or [
             'the turtle drives into a wall of its window, and stays there: are all corners in the window, from 0 to '
             '11 m? The way to a corner is the corner minus the position; check the sign'
             if _stays_at_wall(observed) and ('/turtle1/pose', 'subscribes') in observed.connections else
-            'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size']
+            f'the turtle drives into a wall of its window, at {_place_at_wall(observed)}: the way there is too long, '
+            'or it turns too little or to the wrong side before']
     else:
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
         yield from found or _sized(wanted, observed)
+
+
+def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A pen that is off at the end, and that does not draw a part of the path."""
+    pens = observed.pens()
+    if pens and pens[-1] and pens[-1][-1] and len(observed.drawn(pen_down=True)) < len(observed.drawn()):
+        yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
 
 
 def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
@@ -169,12 +196,12 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     elif (observed.timed_out and observed.exit_code is None and observed.standstill() < rules_driving.MOVING
           and not _at_wall(observed)
           and 0.0 < length < 2.0 * (fits.SIDES[wanted.shape] or 3) * least):
-        yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
-               'not complete: drive faster')
+        yield (f'it is too slow, or turns or waits too long: in {observed.seconds:.0f} s it has driven {length:.1f} m, '
+               f'and the {wanted.shape} is not complete')
 
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A velocity of the wrong sign, and a gain that is too small or too large."""
+    """Another axis of the marker, a velocity of the wrong sign, or a gain that does not fit."""
     used = set(re.findall(r'\bposition\.([xyz])\b', observed.source))
     axis, where = AXES.get(wanted.what, ('', ''))
     if used and axis and axis not in used:
@@ -184,21 +211,31 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
             max(map(abs, command[2:4])) < STANDING for command in observed.commands):
         yield 'it never turns or drives sideways: angular.z turns it, and linear.y drives it to the left'
         return
+    away = list(_law(wanted, observed)) or list(_leaves(wanted, observed))
+    yield from away or _regulated(wanted, exercise, observed)
+
+
+def _leaves(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Velocities to one side alone, or away from the goal."""
     if wanted.what == 'marker left' and _goes_one_way(wanted, observed):
         yield ONE_WAY
-        return
-    if _goes_away(wanted, observed):
+    elif _goes_away(wanted, observed):
         yield SIGNS[wanted.what]
-        return
+
+
+def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A gain that is too small or too large, and a goal that is not reached."""
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
     late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
     errors = [error for error in errors if not math.isnan(error)]
     nearer = sum(error < -wanted.tolerance for error in late)
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
     two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
-    if not late or not speeds or two_speeds:
+    if not late or not speeds:
         return
-    if STANDING < max(map(abs, speeds)) < HARDLY:
+    if two_speeds:
+        yield from _threshold(wanted, observed)
+    elif STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
     elif max(map(abs, speeds)) > TOO_FAST:
@@ -211,6 +248,17 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
     else:
         yield from _stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):])
+
+
+def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Two velocities, forward and backward, that change at another value."""
+    values = {sign: [wanted.value + error for error, speed in _reactions(wanted, observed) if sign * speed > 0.0]
+              for sign in (1, -1)}
+    if min(map(len, values.values())) < MIN_COMMANDS:
+        return
+    change = (min(values[1]) + max(values[-1])) / 2.0
+    if abs(change - wanted.value) > wanted.tolerance:
+        yield f'it changes between forward and backward at {change:.2f} m, and not at {wanted.value:g} m'
 
 
 def _changes(speeds: Sequence[float]) -> int:
@@ -228,8 +276,8 @@ def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequenc
         yield (f'it stands {abs(nearest):.2f} m off its goal, {wanted.value:g} m: check the goal of the program, and '
                'where else it sends zero')
     elif all(speed * nearest > 0.0 for speed in speeds) and abs(errors[-1]) < abs(errors[0]):
-        yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end: choose a larger gain, by which the '
-               'error is multiplied')
+        yield (f'it is too slow, {abs(nearest):.2f} m off its goal at the end, with {max(map(abs, speeds)):.2g}: '
+               'choose a larger gain, by which the error is multiplied, or a higher limit')
     elif any(speed * nearest < 0.0 for speed in speeds) and max(errors) - min(errors) < wanted.tolerance:
         yield (f'it keeps {wanted.value + statistics.median(errors):.2f} m, and not {wanted.value:g} m: check the goal '
                'of the program')
@@ -242,9 +290,47 @@ def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> 
     if STANDING < most < 2.0 * HARDLY and speed > most:
         yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
                'difference is multiplied')
+    elif wanted.x is not None and _steers_away(wanted, observed):
+        yield (f'it steers away from x = {wanted.x:g}, y = {wanted.y:g}: positive linear.y and angular.z lead to the '
+               'left; check the sign, and the order of the subtraction')
     elif (wanted.x is not None and observed.track and speed > MOVING and speed * exercise.time < math.dist(
             observed.track[0][1:3], (wanted.x, wanted.y)) - wanted.tolerance):
         yield f'it is too slow: with {speed:.2g} m/s it does not get there in {exercise.time:.0f} s; drive faster'
+
+
+def _steers_away(wanted: SimpleNamespace, observed: Observed) -> bool:
+    """Return whether commands on the way to a point ahead steer to the other side."""
+    times, away = [sample.t for sample in observed.track], []
+    for command in observed.commands:
+        at = observed.track[min(bisect.bisect_left(times, command.t), len(times) - 1)] if times else None
+        steer = command.linear_y + command.angular_z
+        if at and command.linear_x > MOVING and abs(steer) > MOVING:
+            bearing = math.remainder(math.atan2(wanted.y - at.y, wanted.x - at.x) - at.theta, math.tau)
+            if TURNED_WELL < abs(bearing) < math.pi / 3.0 and math.dist(at[1:3], (wanted.x, wanted.y)) > UNDISTURBED:
+                away.append(math.copysign(steer, -bearing * steer))
+    return len(away) >= MIN_COMMANDS and sum(away) > 0.6 * sum(map(abs, away))
+
+
+def _law(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Velocities that follow the measurement as they should, but by a wrong sign, or around another value."""
+    name, what = ('angular.z or linear.y', 'y') if wanted.what == 'marker left' else ('linear.x', 'the distance')
+    every = [(error + wanted.value, speed) for error, speed in _reactions(wanted, observed)]
+    most = max((abs(speed) for _, speed in every), default=0.0)
+    free = [(value, speed) for value, speed in every if abs(speed) < LIMITED * most]
+    if len(free) < MIN_LAW or np.ptp([value for value, _ in free]) < wanted.tolerance:
+        return
+    values, speeds = np.array(free).T
+    gain, offset = np.polyfit(values, speeds, 1)
+    if abs(np.corrcoef(values, speeds)[0, 1]) < CORRELATED:
+        return
+    goal = -offset / gain
+    if gain < 0.0:
+        yield (f'{name} has the wrong sign: it is about {gain:.2g} * ({what} - {goal:.2f}), so that it drives away; '
+               'the other order of the subtraction, or a positive factor, mends that')
+    elif abs(goal - wanted.value) > wanted.tolerance:
+        yield (f'{name} is about {gain:.2g} * ({what} - {goal:.2f}), which is 0 at {goal:.2f} m, and not at '
+               f'{wanted.value:g} m: subtract {wanted.value:g}' if wanted.value else
+               f'{name} is about {gain:.2g} * ({what} - {goal:.2f}), which is not 0 straight ahead')
 
 
 def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
@@ -283,7 +369,7 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
         at = next((sample.x for sample in observed.track if sample.t >= times[-1]), math.inf)
         if observed.exit_code == 0 and wanted.x is not None and abs(at - wanted.x) < 2.0 * wanted.tolerance:
             yield ('its last command is not zero, so that the vehicle drives on when the program has ended: publish '
-                   'Twist() before that')
+                   'Twist() before that, and wait a moment, as by rospy.sleep(0.5), so that it arrives')
         return
     pause, speed = period(times), max(math.hypot(*command[1:3]) for command in observed.commands)
     if pause * speed > 2.0 * wanted.tolerance:
@@ -306,7 +392,7 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
     track = observed.turtles.get(wanted.turtle, [])
     if _leads_away(track, observed.track):
         yield (f'{wanted.turtle} drives away from turtle1: the way there is the position of turtle1 minus that of '
-               f'{wanted.turtle}; check the sign')
+               f'{wanted.turtle}; check the sign, and that its direction is atan2(y, x) minus its own heading')
         return
     steps = [(b.x - a.x) * math.cos(a.theta) + (b.y - a.y) * math.sin(a.theta) for a, b in zip(track, track[1:])]
     forward, backward = (sum(sign * step for step in steps if sign * step > 0.0) for sign in (1.0, -1.0))
@@ -320,9 +406,14 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
     elif len(track) > 1 and observed.track:
         apart = math.dist(track[-1][1:3], observed.track[-1][1:3])
-        late = [sample for sample in track if sample.t >= track[-1].t - 1.0]
-        if (apart > wanted.distance and len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) < WALL
-                and not _touches_wall(*track[-1][1:3])):
+        late, approach = ([sample for sample in track if sample.t >= track[-1].t - time] for time in (1.0, APPROACH))
+        approached = math.dist(approach[0][1:3], observed.track[-1][1:3]) - apart
+        moves = len(late) > 1 and math.dist(late[0][1:3], late[-1][1:3]) >= WALL
+        if (moves and observed.standstill() >= APPROACH and apart > wanted.distance
+                and approached > 0.95 * fits.path_length([sample[1:3] for sample in approach])):
+            yield (f'{wanted.turtle} is on its way to turtle1, but {apart:.1f} m away at the end: a larger gain, by '
+                   'which the distance is multiplied, drives faster')
+        elif apart > wanted.distance and len(late) > 1 and not moves and not _touches_wall(*track[-1][1:3]):
             yield (f'{wanted.turtle} stops {apart:.1f} m away from turtle1: let it drive on until that is less than '
                    f'{wanted.distance:g} m')
 
@@ -344,6 +435,12 @@ def _at_wall(observed: Observed) -> bool:
     """Return whether it was driven against a wall."""
     return bool(observed.commands) and any(
         _touches_wall(sample.x, sample.y) for sample in observed.track if sample.t >= observed.reset_at())
+
+
+def _place_at_wall(observed: Observed) -> str:
+    at = next(sample for sample in observed.track if sample.t >= observed.reset_at()
+              and _touches_wall(sample.x, sample.y))
+    return f'x = {at.x:.1f}, y = {at.y:.1f}'
 
 
 def _stays_at_wall(observed: Observed) -> bool:
@@ -425,6 +522,82 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
     return square and max(math.dist(a, b) for a, b in zip(corners, corners[1:])) > 1.2 * side
 
 
+def measured(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
+    """What a vehicle did, in numbers, where no cause is sure: they are compared with the task."""
+    if ('/cmd_vel', 'publishes') in observed.connections and not observed.commands and observed.exit_code is None:
+        yield ('the robot took no velocity of it: either the program never gets to its publish, or what it sends is '
+               f'nan, or faster than {robot_world.FASTEST_COMMAND:g} m/s')
+    for rule in exercise.rules:
+        if rule.name in lost and rule.name in MEASURED and (observed.commands or rule.name == 'draws'):
+            yield from MEASURED[rule.name](SimpleNamespace(**rule.parameters), observed)
+
+
+def _outside(wanted: SimpleNamespace, observed: Observed, spans: int = 2) -> Iterator[str]:
+    """Velocities that are not as asked, and in how many commands; of the first ``spans`` that may be asked."""
+    _, linear, sideways, angular, _ = zip(*observed.commands)
+    for name, span, unit, values in (
+            ('linear.x', wanted.linear, 'm/s', linear), ('angular.z', wanted.angular, 'rad/s', angular),
+            ('linear.y', wanted.sideways, 'm/s', sideways),
+            ('linear.x', wanted.pace, 'm/s forward or backward', list(map(abs, linear))),
+            ('angular.z', wanted.turning, 'rad/s to either side', list(map(abs, angular))))[:spans]:
+        outside = [value for value in values if not within(value, span)]
+        if len(outside) > FEW * len(values):
+            yield (f'{name} is {_spread(outside)} in {len(outside)} of {len(values)} commands, and not '
+                   f'{written(span, unit)}')
+
+
+def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Sides and corners of a path, or how far it turns."""
+    sides, corners = fits.SIDES[wanted.shape], fits.corners(observed.drawn(), STRAIGHT)
+    parts = _parts(len(corners), observed.drawn())
+    headings = [math.atan2(y, x) for x, y in parts]
+    turns = [math.degrees(abs(math.remainder(b - a, math.tau))) for a, b in zip(headings, headings[1:])]
+    turned = sum(math.remainder(b.theta - a.theta, math.tau) for a, b in zip(observed.track, observed.track[1:]))
+    if sides and turns:
+        lengths = [math.hypot(*part) for part in parts]
+        yield (f'its path has {len(parts)} straight parts, of {_spread(lengths)} m, and turns by {_spread(turns)} '
+               f'degrees between them; a {wanted.shape} has {sides} equal sides, and turns by {360 / sides:g} degrees')
+    elif wanted.shape == 'circle' and len({command[1:4] for command in observed.commands} - {(0.0, 0.0, 0.0)}) > 1:
+        yield 'linear.x or angular.z changes on the way: a circle needs the same of both all the time'
+    elif wanted.shape == 'circle' and observed.commands:
+        yield f'it turns by {abs(math.degrees(turned)):.0f} degrees in all; a whole circle needs 360'
+
+
+def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Number, time and velocities of commands."""
+    sent = [command for command in observed.commands if max(map(abs, command[1:4])) > STANDING]
+    if sent:
+        linear, angular = _spread([one.linear_x for one in sent]), _spread([one.angular_z for one in sent])
+        yield (f'it sent {len(sent)} velocities in {sent[-1].t - sent[0].t:.1f} s, with linear.x {linear} m/s and '
+               f'angular.z {angular} rad/s: compare these numbers with the task')
+
+
+def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Length and turn of the path that was shown, and of the one that was driven."""
+    moment = observed.commands[0].t
+    (length, turn, time), (own_length, own_turn, own_time) = (
+        _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
+    as_long = abs(own_time - time) < 0.1 * time
+    yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
+           f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
+           + ('' if as_long else ': sleep between two poses for the difference of their times'))
+
+
+def _extent(track: Sequence[Sample]) -> Tuple[float, float, float]:
+    """Return length [m], turn [degrees], and time in motion [s]."""
+    steps = [(math.dist(a[1:3], b[1:3]), math.remainder(b.theta - a.theta, math.tau), b.t - a.t)
+             for a, b in zip(track, track[1:])]
+    return (sum(step[0] for step in steps), math.degrees(sum(step[1] for step in steps)),
+            sum(step[2] for step in steps if max(step[0], abs(step[1])) > 1e-4))
+
+
+def _spread(values: Sequence[float]) -> str:
+    low, high = f'{min(values):.3g}', f'{max(values):.3g}'
+    return low if low == high else f'{low} to {high}'
+
+
+MEASURED: Dict[str, Callable[[SimpleNamespace, Observed], Iterator[str]]] = {
+    'commands': functools.partial(_outside, spans=5), 'draws': _driven_shape, 'same_path': _sent, 'repeats': _repeated}
 KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
     'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'stops': _stopped,
-    'follows': _followed, 'passes': _passed}
+    'follows': _followed, 'passes': _passed, 'pen': _lifted}

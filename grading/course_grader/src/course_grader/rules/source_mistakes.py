@@ -14,6 +14,9 @@ WAITING = 'Subscriber', 'Service', 'Timer'
 
 TYPES = (  # pattern of a name, its type, and the module of that
     (r'(/turtle\w*)?/cmd_vel', 'Twist', 'geometry_msgs.msg'), (r'/turtle\w*/pose', 'Pose', 'turtlesim.msg'),
+    (r'/scan', 'LaserScan', 'sensor_msgs.msg'), (r'/global_localization', 'Empty', 'std_srvs.srv'),
+    (r'/scan_to_distance', 'LaserScanSplit', 'robotont_laserscan_to_distance.msg'),
+    (r'/initialpose', 'PoseWithCovarianceStamped', 'geometry_msgs.msg'),
     (r'/odom', 'Odometry', 'nav_msgs.msg'), (r'/ar_pose_marker', 'AlvarMarkers', 'ar_track_alvar_msgs.msg'),
     (r'/turtle\w*/set_pen', 'SetPen', 'turtlesim.srv'), (r'/spawn', 'Spawn', 'turtlesim.srv'),
     (r'/turtle\w*/teleport_absolute', 'TeleportAbsolute', 'turtlesim.srv'), (r'/kill', 'Kill', 'turtlesim.srv'),
@@ -48,8 +51,9 @@ def names(one: Program) -> List[str]:
 
     These are strings with a slash, and arguments of Publisher, Subscriber, Service, ServiceProxy and wait_for_service.
     """
+    parts = {part for node in one.nodes if isinstance(node, (ast.JoinedStr, ast.BinOp)) for part in ast.walk(node)}
     texts = [node.value for node in one.nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
-             and '/' in node.value]
+             and '/' in node.value and node not in parts]
     for call in calls(one.nodes, 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'wait_for_service'):
         texts += [first.value for first in call.args[:1] if isinstance(first, ast.Constant)
                   and isinstance(first.value, str)]
@@ -191,12 +195,12 @@ def _never_called(one: Program) -> Iterator[str]:
               and _bare(owner) and not method.name.startswith('__') and owner.name in one.read]
     for function, before in parts:
         nodes = list(ast.walk(function))
-        works = any(calls(nodes, *WORKS))
+        works = any(_all_in(one, nodes, kind) for kind in WORKS)  # otherwise it may be left over
         if function.name not in one.read and not function.decorator_list and works:
-            yield (f'nothing calls {function.name}: '
-                   + ('call it' if before else f'write `{function.name}(...)` at the end of the program')
-                   + (', or hand it over to what calls it, such as rospy.Subscriber or rospy.Timer'
-                      if len(function.args.args) > (1 if before else 0) else ''))
+            call = 'call it' if before else f'write `{function.name}(...)` at the end of the program'
+            yield f'nothing calls {function.name}: ' + (
+                f'hand it over to what calls it, such as rospy.Subscriber(TOPIC, TYPE, {before}{function.name}) or '
+                f'rospy.Timer, or {call}' if len(function.args.args) > (1 if before else 0) else call)
 
 
 def _bare(owner: ast.ClassDef) -> bool:
@@ -230,9 +234,23 @@ def _handler_without_return(one: Program) -> Iterator[str]:
     handlers.update((last(key.value), last(call.args[1])) for call in calls(one.nodes, 'Service')
                     for key in call.keywords if key.arg == 'handler' and len(call.args) > 1)
     for function in functions(one):
-        if function.name in handlers and not any(isinstance(node, (ast.Return, ast.Yield, ast.Raise))
-                                                 for node in ast.walk(function)):
+        if function.name in handlers and not any(
+                isinstance(node, ast.Return) and node.value or isinstance(node, (ast.Yield, ast.Raise))
+                for node in ast.walk(function)):
             yield f'the function of a service must return a response: `return {handlers[function.name]}Response()`'
+
+
+def _no_value_returned(one: Program) -> Iterator[str]:
+    """A function whose value is kept, but which returns none."""
+    silent = {function.name for function in functions(one) if not function.decorator_list and not any(
+        isinstance(node, ast.Return) and node.value or isinstance(node, (ast.Yield, ast.YieldFrom, ast.Raise))
+        for node in ast.walk(function))}
+    for node in one.nodes:
+        if isinstance(node, (ast.Assign, ast.Compare, ast.BinOp)):
+            call = node.value if isinstance(node, ast.Assign) else node.left
+            name = last(call.func) if isinstance(call, ast.Call) else ''
+            if isinstance(call, ast.Call) and name in silent and dotted(call.func) in (name, f'self.{name}'):
+                yield f'{name} is used as a value in line {node.lineno}, but returns none: `return ...` gives it one'
 
 
 def _too_late(one: Program) -> Iterator[str]:
@@ -243,14 +261,33 @@ def _too_late(one: Program) -> Iterator[str]:
                 continue
             for number, part in enumerate(block):
                 after = [inner for later in block[number + 1:] for inner in ast.walk(later)]
-                if _is_spin(part) and any(calls(after, *MAKES)):
+                if _is_spin(part) and any(_all_in(one, after, kind) for kind in MAKES):
                     yield (f'rospy.spin() in line {part.lineno} returns only when the program ends: what stands after '
                            'it comes too late')
                 elif _is_endless(part):
                     late = list(calls(after, 'publish', 'sendTransform'))
-                    if late and len(late) == len(list(calls(one.nodes, 'publish', 'sendTransform'))):
+                    if late and _all_in(one, after, 'publish', 'sendTransform'):
                         yield (f'line {late[0].lineno} stands after the loop in line {part.lineno}, which ends only '
                                'with the program: indent it, so that it belongs to the loop')
+
+
+def _wrong_loop(one: Program) -> Iterator[str]:
+    """``while rospy.is_shutdown()``, and rospy.spin() in a loop that publishes, or in a callback."""
+    repeated = {part: 'the loop' for loop in one.nodes if isinstance(loop, ast.While) and any(
+        calls(list(ast.walk(loop)), 'publish')) for part in ast.walk(loop)}
+    repeated.update((part, function.name) for function in callbacks(one) for part in ast.walk(function))
+    for node in one.nodes:
+        if isinstance(node, ast.While) and isinstance(node.test, ast.Call) and last(node.test.func) == 'is_shutdown':
+            yield f'the loop in line {node.lineno} never runs: it has to be `while not rospy.is_shutdown():`'
+        elif node in repeated and isinstance(node, ast.stmt) and _is_spin(node):
+            yield (f'rospy.spin() in line {node.lineno} returns only when the program ends, so that {repeated[node]} '
+                   'does not go on: call it once, in the last line of the program')
+
+
+def _all_in(one: Program, nodes: List[ast.AST], *called: str) -> bool:
+    """Return whether these nodes contain calls of these functions, and nothing else in the program calls them."""
+    inside = len(list(calls(nodes, *called)))
+    return inside > 0 and inside == len(list(calls(one.nodes, *called)))
 
 
 def _is_spin(statement: ast.stmt) -> bool:
@@ -335,23 +372,45 @@ def _bound(test: ast.AST) -> Optional[Tuple[str, bool, float]]:
 
 
 def _no_init_node(one: Program) -> Iterator[str]:
-    """A program that uses rospy without init_node."""
-    if any(calls(one.nodes, *MAKES)) and 'init_node' not in one.source and 'rospy' in one.read:
+    """A program that uses rospy without init_node, which only calls of services do not need."""
+    if (any(calls(one.nodes, *(kind for kind in MAKES if kind != 'ServiceProxy'))) and 'init_node' not in one.source
+            and 'rospy' in one.read):
         yield 'call rospy.init_node before everything else of rospy'
 
 
 def _local_variable(one: Program) -> Iterator[str]:
-    """Functions that give a value to a name of the module without ``global``."""
-    def stored(nodes: Iterator[ast.AST]) -> Set[str]:
-        return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    outside = stored(node for statement in one.tree.body if isinstance(statement, ast.Assign)
-                     for node in ast.walk(statement))
-    for function in (node for node in one.tree.body if isinstance(node, ast.FunctionDef)):
-        declared = {name for node in ast.walk(function) if isinstance(node, ast.Global) for name in node.names}
-        read = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
-        for name in sorted(stored(ast.walk(function)) & outside - declared - read):
-            yield (f'{name} in {function.name} is another variable than {name} outside: write `global {name}` in the '
-                   'first line of the function')
+    """Functions that give a value to a name that is read outside of them, without ``global``.
+
+    One that a callback also reads itself counts if all that it gets outside is its first value, such as None or 0.
+    """
+    own = {function.name for function in callbacks(one)}
+    for outer, statements in _scopes(one):
+        outside = {node for statement in statements if not isinstance(statement, (ast.FunctionDef, ast.ClassDef))
+                   for node in ast.walk(statement)}
+        first = {last(node.targets[0]): node.value for node in outside if isinstance(node, ast.Assign)}
+        for function in (part for part in statements if isinstance(part, ast.FunctionDef)):
+            inside = list(ast.walk(function))
+            declared = {name for node in inside if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+            declared |= {argument.arg for node in inside if isinstance(node, ast.arguments) for argument in node.args}
+            read = {node.id for node in inside if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            elsewhere = {node.id for node in set(one.nodes) - set(inside)
+                         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            for name in sorted(_stored(inside) & set(first) & elsewhere - declared):
+                if name not in read or function.name in own and not getattr(first[name], 'value', True) and sum(
+                        isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+                        for node in set(one.nodes) - set(inside)) == 1:
+                    yield (f'{name} in {function.name} is another variable than {name} outside: write '
+                           f'`{"nonlocal" if outer else "global"} {name}` in the first line of the function')
+
+
+def _scopes(one: Program) -> Iterator[Tuple[str, List[ast.stmt]]]:
+    """Yield the name of each function, '' of the module, and its statements."""
+    yield '', [*one.tree.body, *(part for node in one.tree.body if isinstance(node, ast.If) for part in node.body)]
+    yield from ((function.name, function.body) for function in functions(one))
+
+
+def _stored(nodes: List[ast.AST]) -> Set[str]:
+    return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
 
 
 def _forgotten_self(one: Program) -> Iterator[str]:
@@ -389,9 +448,9 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
 
 KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
-    _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
-    _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds, _too_late,
-    _order_of_a_quaternion, _waits_for_itself)
+    _returned_type, _handler_without_return, _no_value_returned, _no_self, _never_called, _no_callback, _no_init_node,
+    _wrong_loop, _local_variable, _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds,
+    _too_late, _order_of_a_quaternion, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:

@@ -1,11 +1,14 @@
 """Possible mistakes in the source of a Python program whose vehicle does not move as required. Without ROS.
 
-The same code may be right elsewhere, so it counts only if a check of the motion has lost points.
+The same code may be right elsewhere, so it counts only if a check of the motion has lost points, and if what was
+observed does not speak against it.
 """
 import ast
+import math
 import re
-from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
+from typing import Callable, Container, Dict, Iterator, List, Optional, Set, Tuple
 
+from course_grader.rules.observation import Observed
 from course_grader.rules.source_mistakes import Program, callbacks, calls, dotted, functions, last, names, number, text
 
 POSITIONS = 'x', 'y', 'theta'
@@ -15,6 +18,12 @@ NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
 SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write')  # functions that show a number
 AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
 ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
+ROTATES = re.compile(r'(?:.*_)?(?:sin|cos)|.*(?:theta|yaw|heading|angle|angular|(?<!re)turn|rotat|corner|degree|euler|'
+                     r'teleport).*', re.IGNORECASE)  # names of what has to do with an angle
+FLOOD = 0.025  # [s] between two commands, if the program did not wait: one in each tick of the simulator
+NEAR_PI = 3.0  # [rad]: a heading beside its jump
+SPINS = 6.0 * math.pi  # [rad] that a vehicle turns, three times what a closed shape needs
+NOTHING = Observed()
 LONG_SLEEP = 0.1  # [s]: longer than the messages of any sensor are apart
 PAUSES = re.compile(r'sleep|wait|connections|spin|input|init_node|Subscriber|Service')  # time for a connection
 FIELDS = {'TeleportAbsolute': ('x', 'y', 'theta'), 'Spawn': ('x', 'y', 'theta', 'name'),
@@ -22,25 +31,29 @@ FIELDS = {'TeleportAbsolute': ('x', 'y', 'theta'), 'Spawn': ('x', 'y', 'theta', 
 WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that wrap it to -pi to pi
 
 
-def _grows(one: Program) -> Iterator[str]:
-    """A velocity that is added to."""
+def _grows(one: Program, observed: Observed) -> Iterator[str]:
+    """A velocity that is added to, and changes."""
+    constant = len({command[1:4] for command in observed.commands}) in (1, 2)  # perhaps with a last zero
     for node in one.nodes:
-        if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and re.search(
-                r'\b(linear|angular)\.[xyz]$', dotted(node.target)):
+        if not constant and isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and (
+                re.search(r'\b(linear|angular)\.[xyz]$', dotted(node.target))):
             yield f'line {node.lineno} changes the velocity each time, so that it grows: set it by = instead of +='
 
 
-def _rounds_down(one: Program) -> Iterator[str]:
-    """A division whose result is a whole number."""
+def _rounds_down(one: Program, _observed: Observed) -> Iterator[str]:
+    """A division whose result is a whole number, and no place in a list."""
+    places = {part for node in one.nodes if isinstance(node, ast.Subscript) or isinstance(node, ast.Call)
+              and last(node.func) in ('range', 'len') for part in ast.walk(node)}
     for node in one.nodes:
-        if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv):
+        if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv) and (
+                node not in places and not any(calls(list(ast.walk(node)), 'len'))):
             yield f'// in line {node.lineno} rounds down to a whole number: / divides'
 
 
-def _no_pause(one: Program) -> Iterator[str]:
+def _no_pause(one: Program, observed: Observed) -> Iterator[str]:
     """A loop that publishes as fast as it can."""
-    line = _without_a_pause(one)
-    if line is not None:
+    line, times = _without_a_pause(one), [command.t for command in observed.commands]
+    if line is not None and (len(times) < 3 or any(b - a < FLOOD for a, b in zip(times, times[1:]))):
         yield (f'the loop in line {line} sends its commands without a pause, and each one replaces the one before: '
                'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
 
@@ -64,17 +77,27 @@ def _without_a_pause(one: Program) -> Optional[int]:
     return None
 
 
-def in_degrees(one: Program) -> Iterator[str]:
-    """An angle that is converted to degrees, and not only for output."""
-    shown = {part for node in one.nodes if isinstance(node, ast.JoinedStr) or isinstance(node, ast.Call)
-             and SHOWS.fullmatch(last(node.func)) for part in ast.walk(node)}
-    for call in calls(one.nodes, 'degrees', 'rad2deg'):
-        if call not in shown and not CONVERTS.search(one.source):
-            yield (f'{last(call.func)} in line {call.lineno} makes degrees of an angle: those of ROS are in radians, '
-                   'and turn speeds in rad/s')
+def in_degrees(one: Program, _observed: Observed = NOTHING) -> Iterator[str]:
+    """An angle that is converted to degrees, and used as a turn speed, for a quaternion, or in sin and cos."""
+    converted = list(calls(one.nodes, 'degrees', 'rad2deg'))
+    if not converted or CONVERTS.search(one.source):
+        return
+    made: Set[str] = set()
+
+    def in_it(node: ast.AST) -> bool:
+        return any(part in converted or last(part) in made for part in ast.walk(node))
+    for _ in range(2):  # names that get it, and names that get those
+        made |= {last(node.targets[0]) for node in one.nodes if isinstance(node, ast.Assign) and in_it(node.value)} - {
+            ''}
+    used: List[ast.AST] = [node.value for node in one.nodes if isinstance(node, ast.Assign) and re.search(
+        r'\bangular\.[xyz]$', dotted(node.targets[0]))]
+    used += calls(one.nodes, 'sin', 'cos', 'tan', 'quaternion_from_euler', 'sendTransform')
+    if any(map(in_it, used)):
+        yield (f'{last(converted[0].func)} in line {converted[0].lineno} makes degrees of an angle: those of ROS are '
+               'in radians, and turn speeds in rad/s')
 
 
-def _swapped_atan2(one: Program) -> Iterator[str]:
+def _swapped_atan2(one: Program, _observed: Observed) -> Iterator[str]:
     """``atan2(dx, dy)``."""
     for call in calls(one.nodes, 'atan2', 'arctan2'):
         if [_axis(argument) for argument in call.args] == ['x', 'y']:
@@ -93,20 +116,20 @@ def _axis(node: ast.AST) -> str:
     return axes.pop() if len(axes) == 1 else ''
 
 
-def _part_of_a_quaternion(one: Program) -> Iterator[str]:
+def _part_of_a_quaternion(one: Program, _observed: Observed) -> Iterator[str]:
     """``orientation.z`` as an angle."""
     parts = [node for node in one.nodes if isinstance(node, ast.Attribute) and last(node.value) == 'orientation'
              and isinstance(node.ctx, ast.Load)]
-    half = {part for call in calls(one.nodes, 'asin', 'arcsin', 'acos', 'arccos', 'atan2', 'arctan2')
-            for part in ast.walk(call)}
+    half = {part for node in one.nodes if isinstance(node, ast.Compare) or isinstance(node, ast.Call) and last(
+        node.func) in ('asin', 'arcsin', 'acos', 'arccos', 'atan2', 'arctan2') for part in ast.walk(node)}
     if {part.attr for part in parts} in ({'z'}, {'w'}) and not half & set(parts):
         yield (f'orientation.{parts[0].attr} in line {parts[0].lineno} is a part of a quaternion, and no angle: yaw '
                'is euler_from_quaternion([q.x, q.y, q.z, q.w])[2] of tf.transformations')
 
 
-def _unwrapped(one: Program) -> Iterator[str]:
-    """Sums and differences of headings that are never wrapped to -pi to pi."""
-    wraps = any(
+def unwrapped(one: Program, observed: Observed) -> Iterator[str]:
+    """Sums and differences of headings that are never wrapped to -pi to pi, although a heading came near that."""
+    wraps = bool(observed.track) and all(abs(sample.theta) < NEAR_PI for sample in observed.track) or any(
         isinstance(node, ast.Call) and WRAPS.search(last(node.func))
         or isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod) and not isinstance(
             node.left, (ast.Constant, ast.JoinedStr))
@@ -122,7 +145,7 @@ def _unwrapped(one: Program) -> Iterator[str]:
             return
 
 
-def _read_once(one: Program) -> Iterator[str]:
+def _read_once(one: Program, _observed: Observed) -> Iterator[str]:
     """A message that is received before a loop, used in it, and never received again."""
     loops = [node for node in one.nodes if isinstance(node, (ast.While, ast.For))]
     inside = {part for loop in loops for part in ast.walk(loop)}
@@ -138,7 +161,7 @@ def _read_once(one: Program) -> Iterator[str]:
                        'again inside of the loop, or use a Subscriber')
 
 
-def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
+def _another_topic_of_a_bag(one: Program, _observed: Observed) -> Iterator[str]:
     """A bag from which other topics are read than were written."""
     def texts(nodes: List[ast.AST]) -> Set[str]:
         return {part.value for node in nodes for part in ast.walk(node) if isinstance(part, ast.Constant)
@@ -151,8 +174,11 @@ def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
                'name')
 
 
-def _before_it_is_connected(one: Program) -> Iterator[str]:
+def _before_it_is_connected(one: Program, observed: Observed) -> Iterator[str]:
     """A message that is sent as soon as its publisher is made, and not repeatedly."""
+    if observed.commands and len(list(calls(one.nodes, 'publish'))) == 1 and not any(
+            isinstance(node, (ast.For, ast.While)) for node in one.nodes):
+        return  # it has arrived
     own = {function.name for function in functions(one)}
     for node in one.nodes:
         body = getattr(node, 'body', None)
@@ -178,7 +204,8 @@ def _makes_a_publisher(statement: ast.stmt) -> bool:
 
 
 def _in_order(node: ast.AST) -> List[ast.Call]:
-    return sorted((part for part in ast.walk(node) if isinstance(part, ast.Call)),
+    later = {part for inner in ast.walk(node) if isinstance(inner, ast.Lambda) for part in ast.walk(inner)}
+    return sorted((part for part in ast.walk(node) if isinstance(part, ast.Call) and part not in later),
                   key=lambda call: (call.lineno, call.col_offset))
 
 
@@ -192,7 +219,7 @@ def _is_repeated(one: Program, call: ast.Call) -> bool:
     return False
 
 
-def _looked_up_too_early(one: Program) -> Iterator[str]:
+def _looked_up_too_early(one: Program, _observed: Observed) -> Iterator[str]:
     """A transform that is looked up for the present time, for which none has arrived."""
     if any(calls(one.nodes, 'waitForTransform', 'can_transform', 'wait_for_transform_async')):
         return
@@ -204,7 +231,7 @@ def _looked_up_too_early(one: Program) -> Iterator[str]:
                    'rospy.Time(0) asks for the latest one')
 
 
-def _swapped_frames(one: Program) -> Iterator[str]:
+def _swapped_frames(one: Program, _observed: Observed) -> Iterator[str]:
     """A way that is looked up in the frame of its goal, instead of that of the turtle that drives."""
     driven = {name.split('/')[1] for name in names(one) if name.endswith('/cmd_vel')}
     for call in calls(one.nodes, 'lookup_transform', 'lookupTransform'):
@@ -218,7 +245,7 @@ def _is_now(node: ast.AST) -> bool:
     return isinstance(node, ast.Call) and dotted(node.func) in ('rospy.Time.now', 'rospy.get_rostime')
 
 
-def _angle_in_a_quaternion(one: Program) -> Iterator[str]:
+def _angle_in_a_quaternion(one: Program, _observed: Observed) -> Iterator[str]:
     """``orientation.z = theta``."""
     for node in one.nodes:
         if not isinstance(node, ast.Assign):
@@ -232,7 +259,7 @@ def _angle_in_a_quaternion(one: Program) -> Iterator[str]:
                 return
 
 
-def _order_of_values(one: Program) -> Iterator[str]:
+def _order_of_values(one: Program, _observed: Observed) -> Iterator[str]:
     """Values of a call in another order than the service has them."""
     kinds = {last(node.targets[0]): last(node.value.args[1]) for node in one.nodes if isinstance(node, ast.Assign)
              and isinstance(node.value, ast.Call) and last(node.value.func) == 'ServiceProxy'
@@ -248,9 +275,18 @@ def _field(node: ast.AST) -> str:
     return _axis(node) or ('theta' if ANGLE.fullmatch(last(node)) else '')
 
 
-def _own_heading(one: Program) -> Iterator[str]:
+def _crossed_velocities(one: Program, _observed: Observed) -> Iterator[str]:
+    """``linear.x = pose.angular_velocity``."""
+    crossed = {('linear', 'angular_velocity'), ('angular', 'linear_velocity')}
+    for node in (node for node in one.nodes if isinstance(node, ast.Assign)):
+        target = dotted(node.targets[0]).split('.')
+        if len(target) > 2 and (target[-2], last(node.value)) in crossed:
+            yield f'line {node.lineno} sets {".".join(target[-2:])} to {last(node.value)}'
+
+
+def _own_heading(one: Program, _observed: Observed) -> Iterator[str]:
     """A direction to a point that no heading is subtracted from."""
-    if one.read & {'theta', 'orientation', 'lookup_transform', 'lookupTransform'} or not re.search(
+    if one.read & {'theta', 'orientation', 'lookup_transform', 'lookupTransform', 'markers'} or not re.search(
             r'turtlesim\.msg|\bOdometry\b', one.source):
         return
     for call in calls(one.nodes, 'atan2', 'arctan2'):
@@ -260,7 +296,7 @@ def _own_heading(one: Program) -> Iterator[str]:
             return
 
 
-def same_part_twice(one: Program) -> Iterator[str]:
+def same_part_twice(one: Program, _observed: Observed) -> Iterator[str]:
     """``(pose.x, pose.x, 0)``."""
     for node in one.nodes:
         if isinstance(node, ast.Tuple) and len(node.elts) > 1:
@@ -271,12 +307,15 @@ def same_part_twice(one: Program) -> Iterator[str]:
                 yield f'line {node.lineno} uses {name} twice, and {other} not at all'
 
 
-def sleeps_in_a_callback(one: Program) -> Iterator[str]:
-    """A callback that waits, while the next messages queue up behind it."""
+def sleeps_in_a_callback(one: Program, observed: Observed = NOTHING) -> Iterator[str]:
+    """A callback that waits, while the next messages queue up behind it, and does what it does as rarely as that."""
+    rates = [number(call.args[0]) for call in calls(one.nodes, 'Rate') if call.args]
+    of_a_rate = 1.0 / rates[0] if len(rates) == 1 and rates[0] else LONG_SLEEP
+    done = max(len(observed.commands), len(observed.lines))
     for function in callbacks(one):
         for call in calls(list(ast.walk(function)), 'sleep'):
-            seconds = number(call.args[0]) if call.args else LONG_SLEEP  # rate.sleep()
-            if seconds is not None and seconds >= LONG_SLEEP:
+            seconds = number(call.args[0]) if call.args else of_a_rate
+            if seconds is not None and seconds >= LONG_SLEEP and done * seconds <= 2.0 * (observed.seconds or done):
                 yield (f'the callback {function.name} sleeps in line {call.lineno}, and gets the next message only '
                        'after that: let it return at once')
                 return
@@ -296,25 +335,29 @@ def only_debugs(one: Program) -> Iterator[str]:
         yield 'messages of rospy.logdebug are not printed: use rospy.loginfo, or init_node(..., log_level=rospy.DEBUG)'
 
 
-KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
+KINDS: Tuple[Callable[[Program, Observed], Iterator[str]], ...] = (
     _grows, _rounds_down, in_degrees, _swapped_atan2, _part_of_a_quaternion, _angle_in_a_quaternion,
-    _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
+    _crossed_velocities, _another_topic_of_a_bag, _read_once, _looked_up_too_early, _swapped_frames, _order_of_values,
     _before_it_is_connected, sleeps_in_a_callback, _no_pause, same_part_twice)
 
 
-def found(one: Program, positions: bool) -> List[str]:
+def found(one: Program, positions: bool, observed: Observed = NOTHING) -> List[str]:
     """Return advice, the most likely causes first; ``positions``: whether a position is required."""
-    return [*(_of_positions(one) if positions else ()), *(hint for kind in KINDS for hint in kind(one)),
-            *(hint for kind in (_own_heading, _unwrapped) for hint in kind(one) if positions)]
+    return [*(_of_positions(one, observed) if positions else ()),
+            *(hint for kind in KINDS for hint in kind(one, observed)),
+            *(_own_heading(one, observed) if positions else ())]
 
 
-def _of_positions(one: Program) -> Iterator[str]:
+def _of_positions(one: Program, observed: Observed) -> Iterator[str]:
     line = compares_exactly(one)
     if line is not None:
         yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
                'abs(a - b) < 0.1')
-    if degrees(one):
-        yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(observed.track, observed.track[1:]))
+    line = degrees(one, {abs(command.angular_z) for command in observed.commands}, turned > SPINS)
+    if line is not None:
+        yield (f'the angle in line {line} is in degrees, and angles are in radians: write math.radians(90), or '
+               'math.pi / 2, for 90 degrees')
 
 
 def compares_exactly(one: Program) -> Optional[int]:
@@ -332,10 +375,23 @@ def compares_exactly(one: Program) -> Optional[int]:
     return None
 
 
-def degrees(one: Program) -> bool:
-    """Return whether a program contains an angle in degrees and no conversion to radians."""
-    if CONVERTS.search(one.source):
-        return False
+def degrees(one: Program, commanded: Container[float] = (), spins: bool = False) -> Optional[int]:
+    """Return the line with an angle in degrees that nothing converts to radians, or None.
+
+    It is an angle if names beside it say so, if it is ``commanded`` as a turn speed, or if the vehicle ``spins``.
+    """
+    if CONVERTS.search(one.source) or any(calls(one.nodes, 'degrees', 'rad2deg')):
+        return None
     counted = {part for call in calls(one.nodes, *NO_ANGLES) for part in ast.walk(call)}
-    return any(isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value in ANGLES
-               and node not in counted for node in one.nodes)
+    for node in one.nodes:
+        if not isinstance(node, (ast.Assign, ast.Compare, ast.BinOp, ast.Call, ast.Tuple, ast.List)):
+            continue
+        parts = list(ast.walk(node))
+        numbers = [part for part in parts if isinstance(part, ast.Constant) and type(part.value) in (int, float)
+                   and part.value in ANGLES and part not in counted]
+        listed = isinstance(node, (ast.Tuple, ast.List)) and len(node.elts) > 2 and re.search(
+            'sin|euler|teleport', one.source)
+        if numbers and (spins or listed or any(part.value in commanded for part in numbers) or any(
+                ROTATES.fullmatch(last(part)) for part in parts)):
+            return numbers[0].lineno
+    return None

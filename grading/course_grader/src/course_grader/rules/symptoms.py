@@ -2,7 +2,9 @@
 
 Every exercise has the symptoms of this module, of failures.py, and of the *_mistakes.py. An exercise file lists its own
 in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. Certain causes come first: a
-program that has crashed gets the reason, and a certain mistake stands alone, because the rest is its effect.
+program that has crashed gets the reason, and a certain mistake stands alone, because the rest is its effect. Of what is
+not certain, a hint says what was seen: several mistakes look the same, and what was seen cannot mislead. Numbers alone
+come last.
 """
 import re
 import statistics
@@ -96,9 +98,11 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
                       *texts[-SEARCHED_LINES:]])
     seen = Seen(observed, lost, said)
     program = source_mistakes.program(observed.source)
-    found = [*_common(said, observed), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
+    common = list(_common(said, observed))
+    late = [hint for hint in common if hint == failures.NO_VALUE_YET]  # what leaves it without a value comes first
+    found = [*(() if late else common), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
              *_no_spin(exercise, observed, program), *(source_mistakes.found(program) if program else ()),
-             *_opposite(observed)]
+             *_opposite(observed), *late]
     if CRASHED.search(observed.trouble):
         found = found or [*_unknown_failure(observed.trouble)]
     elif not found:  # otherwise the observations are only its effect
@@ -106,8 +110,11 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
             return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))]
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
-        found = [*_suspected(exercise, program, lost), *_early_end(seen), *_stands(observed, lost),
+        found = [*_suspected(exercise, program, seen), *_early_end(seen), *_stands(observed, lost),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
+        if program and any(check in lost for check in POSITIONS):  # what was observed explains more
+            found += suspicions.unwrapped(program, observed)
+        found = found or [*path_mistakes.measured(exercise, observed, lost)]
     return found
 
 
@@ -159,11 +166,12 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
                'called')
 
 
-def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
+def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], seen: Seen) -> Iterator[str]:
     """Possible mistakes in the source, if a vehicle does not move, or callbacks do not print, as required.
 
     What the solution of the exercise does, too, is no mistake.
     """
+    lost, observed = seen.lost, seen.observed
     if program is None:
         return
     if any(check in lost for check in ('navigates', 'localises')):
@@ -172,10 +180,11 @@ def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], l
         positions = any(check in lost for check in (*POSITIONS, 'navigates'))
         solution = source_mistakes.program(exercise.solution)
         usual = {re.sub(r'\d', '', hint) for hint in (suspicions.found(solution, positions) if solution else ())}
-        yield from (hint for hint in suspicions.found(program, positions) if re.sub(r'\d', '', hint) not in usual)
+        yield from (hint for hint in suspicions.found(program, positions, observed)
+                    if re.sub(r'\d', '', hint) not in usual)
     elif any(check in lost for check in PRINTED):
         for suspect in (suspicions.sleeps_in_a_callback, suspicions.in_degrees, suspicions.same_part_twice):
-            yield from suspect(program)
+            yield from suspect(program, observed)
     if 'prints' in lost:
         yield from suspicions.only_debugs(program)
 
@@ -212,8 +221,8 @@ def _early_end(seen: Seen) -> Iterator[str]:
     if (not observed.commands and observed.exit_code == 0 and 'publish(' in observed.source
             and any((name, 'subscribes') in observed.others for name, role in observed.connections
                     if role == 'publishes')):
-        yield ('no command arrived: a publisher needs a moment to connect, so publish again and again in a loop, with '
-               'rate.sleep()')
+        yield ('no command arrived before it ended: a publisher needs a moment to connect, so publish again and again '
+               'in a loop, with rate.sleep(); or the program never gets to its publish')
 
 
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
