@@ -30,6 +30,7 @@ DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
 ANSWER_TIME = 5.0  # [s] in which a service must answer
 GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until a goal is cancelled; for its end
+KNOWN = 0.1  # [s] after a connection, until its publisher sends there, too: the subscriber knows it a little earlier
 FEEDBACK_TIME = 1.0  # [s] after a result for feedback that it has overtaken: ROS orders no messages of two topics
 LONG_ORDER = 40  # of the goal that is cancelled
 POLL = 0.05  # [s]
@@ -119,6 +120,7 @@ class Stimuli:
         client = actionlib.ActionClient(values['action'], FibonacciAction)  # the simple one can miss an early end
         if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
             return  # never offered: there is no Goal
+        rospy.sleep(KNOWN)
         for order, cancelled in (*((order, False) for order in orders), (LONG_ORDER, True)):
             start = self._now()
             goal = client.send_goal(FibonacciGoal(order))
