@@ -62,7 +62,7 @@ def said_by(source):
     ("def now():\n    pass\nnow.to_sec()\n", 'with parentheses'),
     (TWIST + "print(Twist() < 10)\n", 'whole message'),
     (TWIST + "Twist().linear < 1\n", 'whole message'),
-    (TWIST.replace('Twist:', 'Twists:') + "class A:\n    pass\nfor a in A():\n    pass\n", 'A is no list'),
+    (TWIST.replace('Twist:', 'Twists:') + "class A:\n    pass\nfor a in A():\n    pass\n", 'A is not a list'),
     ("x = 1.0\nx()\n", 'as if it were a function'),
     ("import time\ntime()\n", 'a module cannot be called'),
     ("def f(a=None):\n    pass\n# rospy.Subscriber('a', Pose, f())\nNone()\n", 'hand over the function itself'),

@@ -151,7 +151,7 @@ def _not_supported(match: Match[str], _source: str) -> str:
     if kinds & {'function', 'method', 'builtin_function_or_method'}:
         return NO_PARENTHESES
     if kinds & {'Time', 'Duration'}:
-        return 'a time of ROS is no number: time.to_sec() is its seconds, and rospy.Duration(1.0) can be added to it'
+        return 'a time of ROS is not a number: time.to_sec() is its seconds, and rospy.Duration(1.0) can be added to it'
     other = sorted(kinds - {'int', 'float'}) or ['number']
     if other[0].lstrip('_')[:1].isupper() or other[0] == 'member_descriptor':
         return 'a whole message is used as a number: use a field of it, such as pose.x'
@@ -182,9 +182,9 @@ def _not_a_list(match: Match[str], _source: str) -> str:
     if kind == 'NoneType':
         return NO_VALUE_YET
     if kind == 'Quaternion':
-        return 'a Quaternion is no list: make one of its parts, [q.x, q.y, q.z, q.w]'
+        return 'a Quaternion is not a list: make one of its parts, [q.x, q.y, q.z, q.w]'
     if kind[:1].isupper():
-        return f'{kind} is no list: use the list in it, as in `for marker in message.markers:`, or its fields'
+        return f'{kind} is not a list: use the list in it, as in `for marker in message.markers:`, or its fields'
     return f'a {kind} is used as a list: check what the variable holds'
 
 
