@@ -26,7 +26,7 @@ KILL: Stages = END_STAGES[-1:]
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # signals with which users and programs end this process
 INTERRUPTED = 130  # exit code of a program that Ctrl-C has ended, as in a shell
 POLL = 0.02  # [s]
-MAX_SUSPENDING = 60.0  # [s]; the processes of a program that starts them as fast as it can take some seconds
+MAX_FINDING = 60.0  # [s] more for SIGKILL while new processes start: to find some thousands takes seconds
 
 
 def adopt_orphans() -> None:
@@ -149,35 +149,21 @@ def group(leader: psutil.Process) -> Set[psutil.Process]:
 def end(find: Callable[[], Set[psutil.Process]], stages: Stages = END_STAGES) -> None:
     """End all processes that ``find()`` returns, including those that start in the meantime; a zombie has ended."""
     for number, patience in stages:
-        if number == signal.SIGKILL:
-            _suspend(find)
         deadline = time.monotonic() + patience
+        last = deadline + (MAX_FINDING if number == signal.SIGKILL else 0.0)
         signalled: Set[psutil.Process] = set()
         while True:
             alive = set(filter(runs, find()))
-            for process in alive - signalled:
+            new = alive - signalled
+            for process in new:
                 with contextlib.suppress(psutil.Error):
                     process.send_signal(number)  # not sent if another process has the number now
-            signalled |= alive
+            signalled |= new
             if not alive:
                 return
-            if time.monotonic() >= deadline:
+            if time.monotonic() >= (last if new else deadline):
                 break
             time.sleep(POLL)  # psutil.wait_procs would collect exit codes that a Popen waits for
-
-
-def _suspend(find: Callable[[], Set[psutil.Process]]) -> None:
-    """Suspend all processes, so that none starts another one before it is killed."""
-    suspended: Set[psutil.Process] = set()
-    deadline = time.monotonic() + MAX_SUSPENDING
-    while time.monotonic() < deadline:
-        new = set(filter(runs, find())) - suspended
-        if not new:
-            return
-        for process in new:
-            with contextlib.suppress(psutil.Error):
-                process.suspend()
-        suspended |= new
 
 
 def cpu_time(pid: int) -> float:
