@@ -220,6 +220,8 @@ def test_a_robot_that_steers_away_from_a_gate(side, advice):
     seen.commands = [Command(sample.t, 0.2, side, 0.0) for sample in seen.track]
     said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
     assert any('it steers away from x = 1.2, y = 0.12: positive linear.y' in hint for hint in said) == advice
+    said = path_mistakes.found(exercise.load(FOLDER / 'ar_maze.yaml'), seen, ['passes'])  # its places are not ahead
+    assert 'it steers away' not in str(said)
 
 
 @pytest.mark.parametrize('exit_code, told', [(None, True), (1, False)])

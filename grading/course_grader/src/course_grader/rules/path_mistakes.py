@@ -36,6 +36,7 @@ MAX_TOWARDS = 2  # commands towards a goal that is far off, up to which the sign
 MIN_LAW, CORRELATED = 10, 0.95  # commands, and the correlation, that show how a velocity follows a measurement
 LIMITED = 0.98  # of the highest velocity; from there on, it may be limited
 APPROACH = 4.0  # [s] at the end, in which a follower drives straight to a turtle that stands
+GATE = 0.5  # [m]: the largest tolerance of a point that lies ahead; places in a maze, with more, are around corners
 UNDISTURBED = 0.5  # [m] from a point: farther off, what stands beside it has not touched the vehicle
 FEW = 0.1  # of the commands that may differ, such as a last zero
 MIN_ERROR = 0.02  # [m] from the goal; below it, the sign of a velocity means nothing
@@ -290,7 +291,7 @@ def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> 
     if STANDING < most < 2.0 * HARDLY and speed > most:
         yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
                'difference is multiplied')
-    elif wanted.x is not None and _steers_away(wanted, observed):
+    elif wanted.x is not None and wanted.tolerance <= GATE and _steers_away(wanted, observed):
         yield (f'it steers away from x = {wanted.x:g}, y = {wanted.y:g}: positive linear.y and angular.z lead to the '
                'left; check the sign, and the order of the subtraction')
     elif (wanted.x is not None and observed.track and speed > MOVING and speed * exercise.time < math.dist(
