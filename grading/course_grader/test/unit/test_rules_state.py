@@ -60,6 +60,14 @@ def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', 
     return turtle.observed
 
 
+def old(share):
+    """Return the same with a share of transforms whose stamps are old."""
+    observed = broadcast()
+    for number in range(round(share * len(observed.transforms))):
+        observed.transforms[number] = observed.transforms[number]._replace(stamped=False)
+    return observed
+
+
 @pytest.mark.parametrize('observed, check, points', [
     (broadcast(), {}, 100), (broadcast(), {'at': 'the vehicle', 'rate': '8 to 12 Hz'}, 100),
     (broadcast(), {'parent': '/world'}, 100),  # tf knows no /
@@ -70,6 +78,7 @@ def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', 
     (broadcast(rate=1000.0), {'rate': 'at least 20 Hz'}, 100),
     (broadcast(stamped=False), {}, 0),  # tf takes no second transform of the time 0
     (broadcast(stamped=False, seconds=0.0), {}, 100),
+    (old(0.1), {}, 100), (old(0.5), {}, 0),  # a stamp that was taken once, at the start
 ])
 def test_transforms(observed, check, points):
     assert judged(observed, **{'check': 'transform', 'parent': 'world', 'child': 'turtle1', **check}).points == points
@@ -149,6 +158,7 @@ def judged_with(stimulus, observed, **check):
     ([FIVE._replace(feedback=3)], 0, '3 messages of feedback for 4 numbers'),
     ([CANCELLED._replace(state='SUCCEEDED')], 0, 'the cancelled goal is SUCCEEDED, not PREEMPTED'),
     ([FIVE._replace(action='/other')], 0, 'the program never offered it'),
+    ([FIVE], 24.5, '1 of 2 goals; the time was over before the last goal'),
 ])
 def test_goals_of_an_action(goals, points, said):
     reason = judged_with(GOALS, Observed(goals=goals), check='reaches', action='/fibonacci')

@@ -321,10 +321,19 @@ def test_the_type_of_a_topic(types, seen):
 def test_the_level_of_a_line():
     observed = Observed(lines=[OutputLine(1.0, 'x = 8.5 m', 'WARN'), OutputLine(2.0, 'x = 8.7 m'),
                                OutputLine(3.0, 'x = 9.5 m', 'INFO')])
-    wanted = SimpleNamespace(pattern=r'\d', times=1, what='', level=None)
+    wanted = SimpleNamespace(pattern=r'\d', times=1, what='', level=None, without=None)
     assert rules_output.prints(observed, wanted).seen.startswith('3 of 3 lines')
     assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'WARN'})).seen[:6] == '1 of 3'
     assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'ERROR'})).share == 0.0
+
+
+@pytest.mark.parametrize('wrong, share', [(2, 1.0), (3, 0.0)])  # two may be at the limit
+def test_lines_of_a_level_with_what_belongs_to_another(wrong, share):
+    lines = [OutputLine(0.0, f'x is {x}', 'INFO') for x in ['6.5'] * 3 + ['8.1'] * wrong]
+    lines += [OutputLine(0.0, 'x is 8.1', 'WARN')] * 9
+    wanted = SimpleNamespace(pattern=r'\b[67]\.', times=3, what='', level='INFO', without=r'\b8\.')
+    got = rules_output.prints(Observed(lines=lines), wanted)
+    assert got.share == share and ("others do not belong there, such as 'x is 8.1'" in got.seen) == (not share)
 
 
 def test_what_cannot_work_scores_nothing():

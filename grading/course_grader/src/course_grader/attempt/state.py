@@ -14,6 +14,8 @@ from course_grader.attempt.guard import of_the_program
 from course_grader.rules.observation import Sample, Transform
 from rospy_support.rotations import yaw_of
 
+MAX_AGE = 2.0  # [s] of the stamp of a transform when it arrives
+
 
 class StateReader:
     """Collects what checks of parameters, transforms and other turtles need; costs nothing without them."""
@@ -52,4 +54,5 @@ class StateReader:
             at = one.transform.translation
             self._observed.transforms.append(
                 Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y,
-                          yaw_of(one.transform.rotation), lasting or not one.header.stamp.is_zero()))
+                          yaw_of(one.transform.rotation),
+                          lasting or abs(rospy.get_time() - one.header.stamp.to_sec()) < MAX_AGE))

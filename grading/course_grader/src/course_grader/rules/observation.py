@@ -84,7 +84,7 @@ class Transform(NamedTuple):
     x: float
     y: float
     theta: float
-    stamped: bool = True  # with a time, or static; of transforms without a time tf uses only the first
+    stamped: bool = True  # with the current time, or static; of transforms with equal times tf uses only the first
 
 
 class Sensed(NamedTuple):

@@ -62,6 +62,7 @@ RULES: Dict[str, Rule] = {
         'pattern': Parameter('pattern', ..., 'what has to be found in a line'),
         'times': Parameter('integer', 1, 'in how many lines'),
         'level': Parameter(rules_output.LEVELS, None, 'only lines that were logged with this level'),
+        'without': Parameter('pattern', None, 'what such lines must not have, except for two of them'),
         'what': Parameter('text', '', 'what the report calls such a line; the pattern, if empty')}),
     'prints_poses': Rule(rules_output.prints_poses, {
         'fields': Parameter((2, 3), 2, '2: x and y; 3: theta as well'),

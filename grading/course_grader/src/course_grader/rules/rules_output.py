@@ -20,6 +20,7 @@ from course_grader.rules.quantities import NUMBER
 MAX_EARLY = 0.1  # [s] by which a line may seem to precede its event
 LEVELS = 'DEBUG', 'INFO', 'WARN', 'ERROR', 'FATAL'  # of log messages, as rospy prints them
 MAX_LATE = 1.0  # [s] by which a line may follow the first message with its numbers, unless that is shown longer
+MAX_WRONG = 2  # lines with what does not belong there: a value at the limit may be rounded
 MAX_GAP = 0.1  # [s] at most between the lines of one message
 MAX_NUMBERS = 12  # in a line with a pose; a line with more is a guess
 MAX_MARKER_NUMBERS = 30  # numbers in a line with markers, for the same reason
@@ -70,6 +71,11 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
                 for line in observed.lines)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
     seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
+    if wanted.without is not None:
+        wrong = [line.text for line in observed.lines
+                 if wanted.level in (None, line.level) and re.search(wanted.without, line.text)]
+        if len(wrong) > MAX_WRONG:
+            return Result(0.0, asked, f'{seen}; {len(wrong)} others do not belong there, such as {wrong[0]!r:.60}')
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
@@ -167,8 +173,11 @@ def reaches(observed: Observed, wanted: SimpleNamespace) -> Result:
     if not goals:
         return Result(0.0, asked, 'the program never offered it')
     wrong = [text for text in map(_missed, goals) if text]
-    seen = f'{len(goals) - len(wrong)} of {len(goals)} goals' + (f'; {wrong[0]}' if wrong else '')
-    return Result(counted(len(goals) - len(wrong), len(goals)), asked, seen)
+    right = len(goals) - len(wrong)
+    if not any(goal.cancelled for goal in goals):  # the last one
+        wrong.append('the time was over before the last goal: are two numbers added per second?')
+    seen = f'{right} of {right + len(wrong)} goals' + (f'; {wrong[0]}' if wrong else '')
+    return Result(counted(right, right + len(wrong)), asked, seen)
 
 
 def _missed(goal: Goal) -> str:

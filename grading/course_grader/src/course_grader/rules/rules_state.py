@@ -8,6 +8,7 @@ from typing import Callable, Dict, List, NamedTuple
 from course_grader.rules.judging import ANY, Result, counted, nearness, period, written
 from course_grader.rules.observation import ANGLES, QUANTITIES, Command, Observed, Sensed, Transform
 
+MIN_STAMPED = 0.8  # of the transforms; at the end of a run, some may arrive late
 MAX_DELAY = 0.3  # [s] between a transform and its pose
 MAX_TURN = 0.15  # [rad] between the headings of transform and vehicle; in MAX_DELAY it turns by less than 0.3
 MAX_STEP = 0.5  # [m] between two poses of a driven turtle, even if poses are late
@@ -65,8 +66,9 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
         right = sum(_was_there(observed, times, one, wanted.tolerance) for one in given)
         turned = sum(_was_there(observed, times, one, wanted.tolerance, MAX_TURN) for one in given)
         share, seen = turned / len(given), f'{seen}, {right} at its position, {turned} with its heading'
-    if len(given) > 1 and not any(one.stamped for one in given):
-        share, seen = 0.0, f'{seen}, all without a time stamp'
+    stamped = sum(one.stamped for one in given)
+    if len(given) > 1 and stamped < MIN_STAMPED * len(given):
+        share, seen = 0.0, f'{seen}, {stamped} with the current time as their stamp'
     if wanted.rate != ANY:
         rate = 1.0 / max(period([one.t for one in given]), 1e-6) if len(given) > 1 else 0.0
         share, seen = share * (nearness(rate, wanted.rate) if rate else 0.0), f'{seen}, {rate:.1f} Hz'
