@@ -1,7 +1,10 @@
 """Settings of all tests; test/collection says what pytest collects beside test_*.py."""
 import os
+import signal
 import sys
 from pathlib import Path
+
+import pytest
 
 REPOSITORY = Path(__file__).resolve().parent
 pytest_plugins = ['collection.plugin']
@@ -20,3 +23,13 @@ else:
     hypothesis.settings.register_profile('release', derandomize=True, database=None, deadline=None)
     hypothesis.settings.register_profile('change', hypothesis.settings.get_profile('release'), max_examples=15)
     hypothesis.settings.load_profile('release')  # the plugin loads the other, if only a change is tested
+
+
+@pytest.fixture(autouse=True)
+def signals():
+    """Restore the handlers of signals that a command sets; programs of later tests would inherit an ignored one."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for number, handler in before.items():
+        if handler is not None:
+            signal.signal(number, handler)
