@@ -1,4 +1,5 @@
 """course_grader.rules.symptoms: a program that lost points gets advice on the likely mistake."""
+import math
 import pathlib
 
 import pytest
@@ -207,6 +208,14 @@ def test_a_path_that_is_repeated_is_told_in_numbers():
     hint, = path_mistakes.measured(one, turtle.observed, ['repeats'])
     assert hint.endswith('its own is 0.99 m long, turns by 28 degrees and takes 1.0 s: sleep between two poses for the '
                          'difference of their times')
+
+
+@pytest.mark.parametrize('timed_out, said', [(True, 'it was in part 2 of 4'), (False, 'straight parts, of')])
+def test_a_square_that_is_not_finished_in_time(timed_out, said):
+    turtle = GradedTurtle(3.0, 3.0).drive(2.0, 0.5).drive(1.0, 0.0, math.pi / 2.0).drive(2.0, 0.5)
+    turtle.observed.timed_out = timed_out
+    hint, = path_mistakes.measured(exercise.load(FOLDER / 'robot_square.yaml'), turtle.observed, ['draws'])
+    assert said in hint
 
 
 def test_a_circle_that_is_too_large():

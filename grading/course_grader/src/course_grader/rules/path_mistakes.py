@@ -554,7 +554,10 @@ def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     headings = [math.atan2(y, x) for x, y in parts]
     turns = [math.degrees(abs(math.remainder(b - a, math.tau))) for a, b in zip(headings, headings[1:])]
     turned = sum(math.remainder(b.theta - a.theta, math.tau) for a, b in zip(observed.track, observed.track[1:]))
-    if sides and turns:
+    if len(parts) < sides and observed.timed_out and not observed.all_stand():
+        yield (f'the time was over when it was in part {len(parts)} of {sides}: drive and turn faster, or wait less '
+               'between')
+    elif sides and turns:
         lengths = [math.hypot(*part) for part in parts]
         yield (f'its path has {len(parts)} straight parts, of {_spread(lengths)} m, and turns by {_spread(turns)} '
                f'degrees between them; a {wanted.shape} has {sides} equal sides, and turns by {360 / sides:g} degrees')
