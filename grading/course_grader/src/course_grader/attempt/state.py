@@ -49,10 +49,10 @@ class StateReader:
     def _on_transforms(self, message, lasting=False):
         if not of_the_program(message):  # but the simulator's own
             return
-        now = rospy.get_time() - self._zero
+        time = rospy.get_time()
         for one in message.transforms:
             at = one.transform.translation
             self._observed.transforms.append(
-                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y,
-                          yaw_of(one.transform.rotation),
-                          lasting or abs(rospy.get_time() - one.header.stamp.to_sec()) < MAX_AGE))
+                Transform(time - self._zero, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'),
+                          at.x, at.y, yaw_of(one.transform.rotation),
+                          lasting or abs(time - one.header.stamp.to_sec()) < MAX_AGE))

@@ -553,7 +553,6 @@ def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     parts = _parts(len(corners), observed.drawn())
     headings = [math.atan2(y, x) for x, y in parts]
     turns = [math.degrees(abs(math.remainder(b - a, math.tau))) for a, b in zip(headings, headings[1:])]
-    turned = sum(math.remainder(b.theta - a.theta, math.tau) for a, b in zip(observed.track, observed.track[1:]))
     if len(parts) < sides and observed.timed_out and not observed.all_stand():
         yield (f'the time was over when it was in part {len(parts)} of {sides}: drive and turn faster, or wait less '
                'between')
@@ -564,7 +563,7 @@ def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     elif wanted.shape == 'circle' and len({command[1:4] for command in observed.commands} - {(0.0, 0.0, 0.0)}) > 1:
         yield 'linear.x or angular.z changes on the way: a circle needs the same of both all the time'
     elif wanted.shape == 'circle' and observed.commands:
-        yield f'it turns by {abs(math.degrees(turned)):.0f} degrees in all; a whole circle needs 360'
+        yield f'it turns by {abs(_extent(observed.track)[1]):.0f} degrees in all; a whole circle needs 360'
 
 
 def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
