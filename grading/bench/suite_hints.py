@@ -55,7 +55,8 @@ def count(kind):
     def run(_subject, most):
         chosen = programs(kind)[:most]
         results = _graded([(exercise, text) for exercise, text, _ in chosen], accepted=(1,))
-        return {kind: [_right(result, hint) for result, (_, _, hint) in zip(results, chosen)]}
+        return {kind: [_right(result, hint) for result, (_, _, hint) in zip(results, chosen)],
+                **_certain([(result, hint) for result, (_, _, hint) in zip(results, chosen)])}
     return run
 
 
@@ -79,8 +80,18 @@ def count_mutations(kind):
         return {f'first {kind}': [100.0 * any(hints[:1]) for hints in right], **({
             f'{total}first': [100.0 * any(hints[:1]) for hints in right],
             f'{total}named': [100.0 * any(hints) for hints in right],
-            f'{total}misled': [100.0 * (bool(hints) and not any(hints)) for hints in right]} if right else {})}
+            f'{total}misled': [100.0 * (bool(hints) and not any(hints)) for hints in right],
+            **_certain([(result, wanted) for result in wrong])} if right else {})}
     return run
+
+
+def _certain(results):
+    """Return the samples of the mistakes that are told as certain, of [(result, pattern of the right hint)]."""
+    told = [(result['hints'][0], wanted) for result, wanted in results if result['certain']]
+    for hint, wanted in told:
+        if not re.search(wanted, hint):
+            print(f'    told as certain, instead of {wanted!r}: {hint}', file=sys.stderr)
+    return {'certain': [100.0 * bool(re.search(wanted, hint)) for hint, wanted in told]} if told else {}
 
 
 def _graded(programs_, accepted):
@@ -115,6 +126,7 @@ FIGURES = (
     *(Figure(f'right hints, {about}', kind, '%', mean, Target('at_least', 90.0)) for kind, about in KINDS.items()),
     *(Figure(f'right first hint, {kind}', f'first {kind}', '%', mean)
       for kind in (*mutations.KINDS, *mutations.HELD_OUT)),
+    Figure('right among mistakes told as certain', 'certain', '%', mean, Target('at_least', 98.0)),
     Figure('right first hint, all kinds of mistakes', 'first', '%', mean, Target('at_least', 90.0)),
     Figure('right hint among two, all kinds', 'named', '%', mean),
     Figure('only other hints, all kinds', 'misled', '%', mean, Target('at_most', 2.0)),

@@ -129,6 +129,8 @@ def value(page, module, expression):
      {'text': 'failed, 20 of 100', 'kind': 'bad', 'hints': ['it teleports', 'Hint: look at x'],
       'checks': [{'points': '20', 'of': '20', 'asked': 'move', 'seen': 'moved'}],
       'notes': ['chmod', 'Graded 3.5 s of simulated time; isolation of the program: namespace.']}),
+    ('verdict', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, certain: true}}}}).hints',
+     ['it teleports', 'Mistake: look at x']),
     ('verdict', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, outcome: "undecided"}}}}).text',
      'undecided'),
     ('verdict', 'm.shortPath("/w/src/a/b.py", ["/w/src"])', 'b.py (a)'),

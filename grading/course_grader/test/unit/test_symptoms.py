@@ -16,8 +16,8 @@ OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('
           ('/turtle1/teleport_absolute', 'serves'), ('/turtle1/teleport_relative', 'serves'), ('/rosout', 'publishes')}
 
 
-def hints(name, act=None, source='', trouble='', connections=()):
-    """Return the hints for the motion of a turtle in an exercise."""
+def advised(name, act=None, source='', trouble='', connections=()):
+    """Return the Verdict for the motion of a turtle in an exercise."""
     turtle = GradedTurtle(4.0, 3.0)
     if act:
         act(turtle)
@@ -25,7 +25,18 @@ def hints(name, act=None, source='', trouble='', connections=()):
     observed.others, observed.source, observed.trouble = OTHERS, source, trouble
     observed.connections |= set(connections)
     one = exercise.load(FOLDER / f'{name}.yaml')
-    return symptoms.advise(one, observed, scoring.decide(one, observed)).hints
+    return symptoms.advise(one, observed, scoring.decide(one, observed))
+
+
+def hints(*values, **named):
+    return advised(*values, **named).hints
+
+
+@pytest.mark.parametrize('told, source, trouble', [
+    ('Mistake', "rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin\n", ''), ('Hint', '', ''),
+    ('Mistake', '', "exit code 1: NameError: name 'rospy' is not defined"), ('Hint', '', 'exit code 1: BufferError: full')])
+def test_only_what_is_certain_is_told_as_the_mistake(told, source, trouble):
+    assert advised('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0), source, trouble).advice()[0].startswith(told)
 
 
 def circle(turtle, angular=0.2, rate=10.0):

@@ -5,12 +5,12 @@ const KINDS = {passed: 'good', failed: 'bad', undecided: 'busy'};
 // Return {text, kind, hints, checks, notes} of a grading that has ended; without a result, it broke off.
 export function verdictOf({result}) {
   if (!result) return {text: 'no verdict', kind: 'bad', hints: [], checks: [], notes: []};
-  const {outcome, score, objections, hints, notes, reasons, seconds, isolation} = result;
+  const {outcome, score, objections, hints, certain, notes, reasons, seconds, isolation} = result;
   const points = outcome === 'undecided' ? '' : `, ${number(score)} of 100`;
   const again = outcome === 'undecided' ? ['That is no fault of the program: grade it again.'] : [];
   return {
     text: `${outcome}${points}`, kind: KINDS[outcome] ?? 'busy',
-    hints: [...objections, ...hints.map((hint) => `Hint: ${hint}`), ...again],
+    hints: [...objections, ...hints.map((hint) => `${certain ? 'Mistake' : 'Hint'}: ${hint}`), ...again],
     checks: reasons.map((reason) => ({...reason, points: number(reason.points), of: number(reason.of)})),
     notes: [...notes, `Graded ${number(seconds)} s of simulated time; isolation of the program: ${isolation || 'none'}.`],
   };

@@ -116,7 +116,7 @@ def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
         'attempt': submission.attempt, 'outcome': one.outcome, 'reason': _local(reason, one),
         'title': submission.exercise if folder is None else f'{submission.student}: {submission.exercise}',
         'verdict': one.outcome + ('' if one.outcome == scoring.UNDECIDED else f', {one.score:g} of 100'),
-        'hints': [_local(hint, one) for hint in verdict.hints],
+        'hints': [_local(advice, one) for advice in verdict.advice()],
         'objections': [_local(objection, one) for objection in verdict.objections],
         'notes': [_local(note, one) for note in one.notes],
         'hidden': sum(check.of for check in one.verdict.reasons) - sum(check.of for check in verdict.reasons),

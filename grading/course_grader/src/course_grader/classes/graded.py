@@ -108,7 +108,7 @@ def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
         reasons = [Reason(str(entry['check']), float(entry['points']), float(entry['of']), str(entry['asked']),
                           str(entry['seen']), str(entry.get('visible', judging.ALWAYS))) for entry in result['reasons']]
         verdict = Verdict(result['outcome'], float(result['score']), reasons, _texts(result['objections']),
-                          tuple(_texts(result['hints'])))
+                          tuple(_texts(result['hints'])), bool(result.get('certain')))
         return Graded(submission, verdict, float(record['seconds']), folder, int(result['seed']),
                       tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']),
                       tuple(_texts(result.get('notes', []))), title=str(result.get('title', '')),

@@ -18,8 +18,8 @@ def text(exercise: Exercise, decided: Verdict) -> str:
     lines = [f'{exercise.title}: {decided.outcome.upper()}, {decided.score:g} of 100']
     for objection in decided.objections:
         lines += textwrap.wrap(f'! {objection}', WIDTH, initial_indent='  ', subsequent_indent='    ')
-    for hint in decided.hints:
-        lines += textwrap.wrap(f'Hint: {hint}', WIDTH, initial_indent='  ', subsequent_indent='    ')
+    for advice in decided.advice():
+        lines += textwrap.wrap(advice, WIDTH, initial_indent='  ', subsequent_indent='    ')
     shown = decided.public().reasons
     for reason in shown:
         lines += textwrap.wrap(f'{reason.points:g} of {reason.of:g}  asked: {reason.asked}', WIDTH,
@@ -41,8 +41,8 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
     os.makedirs(folder, exist_ok=True)
     result = {'exercise': exercise.name, 'title': exercise.title, 'asks': exercise.asks,
               'command': list(command), 'seed': seed, 'outcome': decided.outcome, 'score': decided.score,
-              'objections': decided.objections,
-              'hints': list(decided.hints), 'notes': list(notes),
+              'objections': decided.objections, 'hints': list(decided.hints), 'certain': decided.certain,
+              'notes': list(notes),
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code, 'isolation': isolation}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')

@@ -26,7 +26,7 @@ class Reason(NamedTuple):
 class Verdict(NamedTuple):
     """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble, as texts.
 
-    ``hints``: advice to the student, see symptoms.py.
+    ``hints``: advice to the student, see symptoms.py; ``certain``: whether they name the mistake, and not where to look.
     """
 
     outcome: str
@@ -34,6 +34,11 @@ class Verdict(NamedTuple):
     reasons: List[Reason]
     objections: List[str]
     hints: Tuple[str, ...] = ()
+    certain: bool = False
+
+    def advice(self) -> List[str]:
+        """Return the hints, each with a word that says how sure it is."""
+        return [f'{"Mistake" if self.certain else "Hint"}: {hint}' for hint in self.hints]
 
     def main_reason(self) -> str:
         """Return why a program did not pass: an objection, or the check that lost most points; '' if it passed."""

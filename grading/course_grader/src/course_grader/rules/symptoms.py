@@ -8,7 +8,7 @@ come last.
 """
 import re
 import statistics
-from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Set
+from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes, suspicions
 from course_grader.rules.exercise import Exercise
@@ -82,13 +82,14 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     if decided.outcome == scoring.UNDECIDED or decided.score >= 100.0:
         return decided
     try:
-        found = _found(exercise, observed, decided)
+        found, certain = _found(exercise, observed, decided)
     except RecursionError:  # the syntax tree is too deep; the verdict stands
-        found = []
-    return decided._replace(hints=tuple(dict.fromkeys(found))[:MAX_HINTS])
+        found, certain = [], False
+    return decided._replace(hints=tuple(dict.fromkeys(found))[:MAX_HINTS], certain=certain)
 
 
-def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
+def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[List[str], bool]:
+    """Return the hints, and whether they are certain."""
     lost: Dict[str, List[Reason]] = {}
     for reason in decided.public().reasons:
         if reason.points < reason.of:
@@ -103,11 +104,12 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
     found = [*(() if late else common), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
              *_no_spin(exercise, observed, program), *(source_mistakes.found(program) if program else ()),
              *_opposite(observed), *late]
+    certain = bool(found)
     if CRASHED.search(observed.trouble):
         found = found or [*_unknown_failure(observed.trouble)]
     elif not found:  # otherwise the observations are only its effect
         if exercise.robots:  # what one of them does says nothing about the others
-            return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))]
+            return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))], False
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         found = [*_suspected(exercise, program, seen), *_early_end(seen), *_stands(observed, lost),
@@ -115,7 +117,7 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
         if program and any(check in lost for check in POSITIONS):  # what was observed explains more
             found += suspicions.unwrapped(program, observed)
         found = found or [*path_mistakes.measured(exercise, observed, lost)]
-    return found
+    return found, certain
 
 
 def _ordered(exercise: Exercise, by_check: Dict[str, List[str]], listed: Dict[str, List[str]]) -> Iterator[str]:
