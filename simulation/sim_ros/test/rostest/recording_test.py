@@ -116,11 +116,14 @@ class RecordingTest(SimulatorCase):
         self.check_environment('TurtleGoal', 7, rows, lambda value: f'{float32(value):.9g}')
 
     @release
-    def test_robotont_environments_make_the_recording(self):
-        """In an empty world, and against a wall and along it."""
+    def test_robotont_environment_makes_the_recording(self):
         commands = [(0.5 - 0.05 * number, 0.04 * number, 0.1 * number - 0.6) for number in range(12)]
         rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands)
         self.check_environment('RobotontGoal', 3, rows, lambda value: f'{value:.9g}')
+
+    @release
+    def test_robotont_environment_between_walls_makes_the_recording(self):
+        """Against a wall and along it."""
         env = gymnasium.make('kinematic_core/RobotontBetweenWalls-v0').unwrapped
         env.reset(seed=5)
         world = os.path.join(self.temporary_directory(), 'gap.yaml')
