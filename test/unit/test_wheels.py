@@ -63,7 +63,7 @@ def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
         assert path.name.startswith(f'{name}-{version}-')
         assert path.name.endswith('-py3-none-any.whl') != (name in COMPILED)
         source = FOLDERS[name] / 'src'
-        modules = {str(module.relative_to(source)) for module in source.rglob('*.py')}
+        modules = {str(module.relative_to(source)) for kind in ('py', 'pyi') for module in source.rglob(f'*.{kind}')}
         inside = {each for each in zipfile.ZipFile(path).namelist() if '.dist-info/' not in each}
         compiled = {each for each in inside if each.endswith('.so')}
         assert modules | {f'{name}/py.typed'} == inside - compiled

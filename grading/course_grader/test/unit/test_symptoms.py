@@ -34,7 +34,8 @@ def hints(*values, **named):
 
 @pytest.mark.parametrize('told, source, trouble', [
     ('Mistake', "rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin\n", ''), ('Hint', '', ''),
-    ('Mistake', '', "exit code 1: NameError: name 'rospy' is not defined"), ('Hint', '', 'exit code 1: BufferError: full')])
+    ('Mistake', '', "exit code 1: NameError: name 'rospy' is not defined"),
+    ('Hint', '', 'exit code 1: BufferError: full')])
 def test_only_what_is_certain_is_told_as_the_mistake(told, source, trouble):
     assert advised('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0), source, trouble).advice()[0].startswith(told)
 

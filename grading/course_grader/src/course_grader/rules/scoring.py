@@ -26,7 +26,7 @@ class Reason(NamedTuple):
 class Verdict(NamedTuple):
     """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble, as texts.
 
-    ``hints``: advice to the student, see symptoms.py; ``certain``: whether they name the mistake, and not where to look.
+    ``hints``: advice to the student, see symptoms.py; ``certain``: whether they name the mistake for sure.
     """
 
     outcome: str
