@@ -133,6 +133,8 @@ def test_what_python_says(source, advice):
     ('ERROR: cannot launch node of type [topic_demo/drive.py]: Cannot locate node of type [drive.py] in package '
      '[topic_demo]. Make sure file exists in package path and permission is set to executable (chmod +x)\n'
      'the program never started a node; does it call rospy.init_node?', '', 'chmod +x drive.py'),
+    ('the program never started a node; does it call rospy.init_node?\nERROR: cannot launch node of type '
+     '[topic_demo/drive.py]: topic_demo\nROS path [0]=/a', '', 'roslaunch finds no package topic_demo'),
 ])
 def test_what_ros_says(said, source, advice):
     assert advice in failures.advice(said, source)

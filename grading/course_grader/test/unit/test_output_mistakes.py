@@ -28,6 +28,14 @@ def test_poses(say, advice):
     assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
 
 
+@pytest.mark.parametrize('xs, advice', [([5.0, 7.0, 9.0, 10.5], True), ([5.0] * 9 + [7.0] * 2, False), ([], False)])
+def test_lines_that_are_printed_too_rarely(xs, advice):
+    lines = [OutputLine(0.1 * number, f'x = {x}', 'DEBUG' if x < 6 else 'INFO' if x < 8 else 'WARN' if x < 10 else
+                        'ERROR') for number, x in enumerate(xs)]
+    said = output_mistakes.found(exercise.load(FOLDER / 'log_levels.yaml'), Observed(lines=lines), ['prints'])
+    assert ('only 1 of 3 lines are printed for "debug message below 6 m"' in str(said)) == advice
+
+
 @pytest.mark.parametrize('exit_code, count, y', [(None, 1, 7.0), (0, 1, 7.0), (None, 10, 7.0), (0, 1, 2.0)])
 def test_few_poses(exit_code, count, y):
     turtle = GradedTurtle(2.0, y)

@@ -199,6 +199,11 @@ def kept(name, what, goal, errors, speed):
      'it keeps 1.00 m, and not 0.6 m: check the goal'),
     ('keep_distance', 'marker ahead', 0.6, [0.4] * 60, lambda error: 0.2 * error, None),
     ('keep_centre', 'marker left', 0.0, [0.3, -0.3] * 30, lambda error: 0.0, 'it never turns or drives sideways'),
+    ('keep_centre', 'marker left', 0.0, [0.5 - 0.02 * number for number in range(60)],
+     lambda error: 2.0 * error if abs(error) > 0.25 else 0.0,
+     'its velocity is 0 up to an error of 0.24 m, but only 0.1 m'),
+    ('bang_bang', 'ahead', 0.5, [0.5, 0.3, *[math.nan] * 40], lambda error: 0.2, 'it never drives backward'),
+    ('bang_bang', 'ahead', 0.5, [0.5, 0.3, *[math.nan] * 40], lambda error: -0.2 if error < 0 else 0.2, None),
     ('keep_distance', 'marker ahead', 0.6, [0.01, -0.01] * 40, lambda error: error, None),
     ('keep_centre', 'marker left', 0.0, [0.5 - 0.02 * number for number in range(60)], lambda error: 0.5, None)])
 def test_what_the_errors_and_velocities_show(name, what, goal, errors, speed, advice):
@@ -217,11 +222,19 @@ def test_a_robot_that_hardly_steers(gain, advice):
 @pytest.mark.parametrize('side, advice', [(-0.2, True), (0.2, False)])
 def test_a_robot_that_steers_away_from_a_gate(side, advice):
     seen = Observed(track=[Sample(0.1 * number, 0.02 * number, 0.0, 0.0) for number in range(50)])
-    seen.commands = [Command(sample.t, 0.2, side, 0.0) for sample in seen.track]
+    seen.commands = [Command(sample.t, 0.2, side * (1.0 + sample.x), 0.0) for sample in seen.track]
     said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
     assert any('it steers away from x = 1.2, y = 0.12: positive linear.y' in hint for hint in said) == advice
     said = path_mistakes.found(exercise.load(FOLDER / 'ar_maze.yaml'), seen, ['passes'])  # its places are not ahead
     assert 'it steers away' not in str(said)
+
+
+@pytest.mark.parametrize('side, advice', [(lambda number: -0.2, True), (lambda number: 0.1 * (number % 3), False),
+                                          (lambda number: 0.0, False)])
+def test_a_robot_that_steers_by_the_same_value_all_the_time(side, advice):
+    seen = Observed(commands=[Command(0.1 * number, 0.2, side(number), 0.0) for number in range(20)])
+    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    assert any('linear.y is -0.2 and angular.z 0 in all its commands' in hint for hint in said) == advice
 
 
 @pytest.mark.parametrize('exit_code, told', [(None, True), (1, False)])

@@ -57,6 +57,10 @@ def found(text, positions=True):
      "def show(p):\n    pass\nrospy.Subscriber('/odom', Odometry, callback=show)\nrate.sleep()\n", 'sleeps in line 2'),
     ('while True:\n    pub.publish(twist)\n', 'while True:\n    pub.publish(twist)\n    rate.sleep()\n',
      'without a pause'),
+    ('for pose in poses:\n    pub.publish(twist)\n', 'for pose in poses:\n    pub.publish(twist)\n    rate.sleep()\n',
+     'without a pause'),
+    ('for pose in poses:\n    pub.publish(twist)\n', "def show(message):\n    for one in message.markers:\n"
+     "        pub.publish(twist)\nrospy.Subscriber('/m', M, show)\n", 'without a pause'),
     (f'{PUBLISHER}pub.publish(Twist())\nrospy.spin()\n', f'{PUBLISHER}rospy.sleep(1)\npub.publish(Twist())\n',
      'line 2 publishes as soon as the publisher is made'),
     (f'{PUBLISHER}for side in range(4):\n    pub.publish(side)\n    rospy.sleep(2)\n',

@@ -222,6 +222,17 @@ def test_a_path_that_is_repeated_is_told_in_numbers():
                          'difference of their times')
 
 
+def test_a_path_of_the_right_length_needs_no_pauses():
+    turtle = GradedTurtle(3.0, 3.0)
+    turtle.drive(2.0, 1.0, 0.5)
+    own = len(turtle.observed.commands)
+    turtle.wait(1.0).drive(5.9, 0.5, -0.5)
+    del turtle.observed.commands[:own]  # the grader drove
+    turtle.observed.connections.add(('/turtle1/pose', 'subscribes'))
+    hint, = path_mistakes.measured(exercise.load(FOLDER / 'record_and_play.yaml'), turtle.observed, ['repeats'])
+    assert 'sleep' not in hint
+
+
 @pytest.mark.parametrize('timed_out, said', [(True, 'it was in part 2 of 4'), (False, 'straight parts, of')])
 def test_a_square_that_is_not_finished_in_time(timed_out, said):
     turtle = GradedTurtle(3.0, 3.0).drive(2.0, 0.5).drive(1.0, 0.0, math.pi / 2.0).drive(2.0, 0.5)

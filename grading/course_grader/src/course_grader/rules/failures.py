@@ -231,6 +231,8 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No module named '([\w.]+)'", _no_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _not_in_module),
     (r"attempted relative import", 'import without a leading dot: `import NAME`'),
+    (r"cannot launch node of type \[(\w+)/[^\]]*\]: \1\b", 'roslaunch finds no package {0}: hand in its whole folder, '
+     'with the package.xml that has this name, and write the same name after pkg= in the launch file'),
     (r"Cannot locate node of type \[(\S+)\] in package \[(\w+)\]", 'roslaunch finds no program {0} in the package {1}: '
      'check the spelling, and make it executable by chmod +x {0}'),
     (r"time is not initialized|never started a node|init_node\(\) (?:must|has to)|before init_node", _no_node),

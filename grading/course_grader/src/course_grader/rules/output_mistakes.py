@@ -18,6 +18,11 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
     for rule in exercise.rules:
         if rule.name in lost and rule.name in KINDS:
             hints.setdefault(rule.name, []).extend(KINDS[rule.name](SimpleNamespace(**rule.parameters), observed))
+    lines = [SimpleNamespace(**rule.parameters) for rule in exercise.rules if rule.name == 'prints']
+    counts = [rules_output.matching(observed, wanted) for wanted in lines]
+    if 'prints' in lost and all(0 < count < wanted.times for count, wanted in zip(counts, lines)):
+        hints['prints'] = [f'only {counts[0]} of {lines[0].times} lines are printed for "{lines[0].what}": print one '
+                           'each time, also if nothing has changed']
     return hints
 
 

@@ -227,28 +227,32 @@ def _leaves(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
 def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A gain that is too small or too large, and a goal that is not reached."""
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
-    late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
-    errors = [error for error in errors if not math.isnan(error)]
-    nearer = sum(error < -wanted.tolerance for error in late)
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
-    two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
-    if not late or not speeds:
+    if not errors or not speeds:
         return
-    if two_speeds:
-        yield from _threshold(wanted, observed)
-    elif STANDING < max(map(abs, speeds)) < HARDLY:
+    late = errors[len(errors) // 2:]
+    nearer = sum(error < -wanted.tolerance or wanted.what == 'ahead' and math.isnan(error) for error in late)
+    only_forward = wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late)
+    late, errors = ([error for error in some if not math.isnan(error)] for some in (late, errors))
+    two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
+    if not two_speeds and STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
-    elif max(map(abs, speeds)) > TOO_FAST:
+    elif not two_speeds and max(map(abs, speeds)) > TOO_FAST:
         yield (f'its velocity is up to {max(map(abs, speeds)):.2g}: choose a smaller gain, by which the error is '
                'multiplied; distances are in metres')
-    elif wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late):
+    elif only_forward:
         yield ('it never drives backward, although it is too near: linear.x has to be negative then; check the goal '
                f'of the program, too, which is {wanted.value:g} m')
+    elif not late:
+        return
+    elif two_speeds:
+        yield from _threshold(wanted, observed)
     elif _changes(speeds) >= SWINGS and min(errors) < -wanted.tolerance and max(errors) > wanted.tolerance:
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
     else:
-        yield from _stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):])
+        yield from (list(_stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):]))
+                    or _dead_zone(wanted, observed))
 
 
 def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
@@ -260,6 +264,16 @@ def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     change = (min(values[1]) + max(values[-1])) / 2.0
     if abs(change - wanted.value) > wanted.tolerance:
         yield f'it changes between forward and backward at {change:.2f} m, and not at {wanted.value:g} m'
+
+
+def _dead_zone(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """Errors that are too large, and that it does not react to, as it does to larger ones."""
+    every = list(_reactions(wanted, observed, least=-1.0))
+    ignored = [abs(error) for error, speed in every if abs(speed) < STANDING and abs(error) > wanted.tolerance]
+    answered = [abs(error) for error, speed in every if abs(speed) >= STANDING]
+    if len(ignored) >= MIN_COMMANDS and len(answered) >= MIN_COMMANDS and max(ignored) <= np.percentile(answered, 20):
+        yield (f'its velocity is 0 up to an error of {max(ignored):.2f} m, but only {wanted.tolerance:g} m are '
+               'allowed: let it react to smaller errors')
 
 
 def _changes(speeds: Sequence[float]) -> int:
@@ -291,6 +305,11 @@ def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> 
     if STANDING < most < 2.0 * HARDLY and speed > most:
         yield (f'it hardly steers: linear.y and angular.z are at most {most:.2g}; choose a larger gain, by which the '
                'difference is multiplied')
+    elif wanted.tolerance <= GATE and len(observed.commands) >= MIN_LAW and speed > MOVING and len(
+            steered := {command[2:4] for command in observed.commands} - {(0.0, 0.0)}) == 1:
+        sideways, turn = steered.pop()
+        yield (f'linear.y is {sideways:.2g} and angular.z {turn:.2g} in all its commands: compute them from each '
+               'message of the sensor, in its callback')
     elif wanted.x is not None and wanted.tolerance <= GATE and _steers_away(wanted, observed):
         yield (f'it steers away from x = {wanted.x:g}, y = {wanted.y:g}: positive linear.y and angular.z lead to the '
                'left; check the sign, and the order of the subtraction')
@@ -349,15 +368,18 @@ def _goes_one_way(wanted: SimpleNamespace, observed: Observed) -> bool:
     return min(left, len(reactions) - left) >= MIN_COMMANDS and len({speed > 0.0 for _, speed in reactions}) == 1
 
 
-def _reactions(wanted: SimpleNamespace, observed: Observed) -> Iterator[Tuple[float, float]]:
-    """Yield the error of a quantity and the velocity of each command, if both are large enough to have a sign."""
+def _reactions(wanted: SimpleNamespace, observed: Observed, least: float = STANDING) -> Iterator[Tuple[float, float]]:
+    """Yield the error of a quantity and the velocity of each command, if both are large enough to have a sign.
+
+    ``least``: the velocity from which on it counts.
+    """
     sensed = [one for one in observed.sensed if one.what == wanted.what]
     times = [one.t for one in sensed]
     for command in observed.commands:
         place = bisect.bisect_right(times, command.t)
         error = sensed[place - 1].value - wanted.value if place else math.nan
         speed = command.angular_z + command.linear_y if wanted.what == 'marker left' else command.linear_x
-        if abs(error) > MIN_ERROR and abs(speed) > STANDING:
+        if abs(error) > MIN_ERROR and abs(speed) > least:
             yield error, speed
 
 
@@ -580,10 +602,10 @@ def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     moment = observed.commands[0].t
     (length, turn, time), (own_length, own_turn, own_time) = (
         _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
-    as_long = abs(own_time - time) < 0.1 * time
+    paused = abs(own_time - time) < 0.1 * time or abs(own_length - length) < 0.1 * length
     yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
            f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
-           + ('' if as_long else ': sleep between two poses for the difference of their times'))
+           + ('' if paused else ': sleep between two poses for the difference of their times'))
 
 
 def _extent(track: Sequence[Sample]) -> Tuple[float, float, float]:

@@ -67,10 +67,9 @@ def _without_a_pause(one: Program) -> Optional[int]:
         for name in found & set(own) - seen:
             found |= called(own[name], seen | found)
         return found
+    in_callbacks = {part for function in callbacks(one) for part in ast.walk(function)}  # over what a message has
     for node in one.nodes:
-        if isinstance(node, ast.While) or isinstance(node, ast.For) and (
-                isinstance(node.iter, (ast.List, ast.Tuple))
-                or isinstance(node.iter, ast.Call) and last(node.iter.func) == 'range'):
+        if isinstance(node, ast.While) or isinstance(node, ast.For) and node not in in_callbacks:
             names = called(node, set())
             if 'publish' in names and not any(re.search('sleep|wait|spin|join|pause', name) for name in names):
                 return node.lineno

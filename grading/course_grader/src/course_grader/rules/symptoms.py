@@ -112,7 +112,8 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[Li
             return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))], False
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
-        found = [*_suspected(exercise, program, seen), *_early_end(seen), *_stands(observed, lost),
+        suspected = list(_suspected(exercise, program, seen))
+        found = [*suspected, *_early_end(seen), *(() if suspected else _stands(observed, lost)),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
         if program and any(check in lost for check in POSITIONS):  # what was observed explains more
             found += suspicions.unwrapped(program, observed)
