@@ -222,11 +222,11 @@ def test_a_path_that_is_repeated_is_told_in_numbers():
                          'difference of their times')
 
 
-def test_a_path_of_the_right_length_needs_no_pauses():
+def test_a_path_that_turns_to_the_other_side_needs_no_pauses():
     turtle = GradedTurtle(3.0, 3.0)
     turtle.drive(2.0, 1.0, 0.5)
     own = len(turtle.observed.commands)
-    turtle.wait(1.0).drive(5.9, 0.5, -0.5)
+    turtle.wait(1.0).drive(4.0, 0.5, -0.5)
     del turtle.observed.commands[:own]  # the grader drove
     turtle.observed.connections.add(('/turtle1/pose', 'subscribes'))
     hint, = path_mistakes.measured(exercise.load(FOLDER / 'record_and_play.yaml'), turtle.observed, ['repeats'])

@@ -602,7 +602,7 @@ def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     moment = observed.commands[0].t
     (length, turn, time), (own_length, own_turn, own_time) = (
         _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
-    paused = abs(own_time - time) < 0.1 * time or abs(own_length - length) < 0.1 * length
+    paused = abs(own_time - time) < 0.1 * time or own_turn * turn < 0.0  # other causes
     yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
            f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
            + ('' if paused else ': sleep between two poses for the difference of their times'))
