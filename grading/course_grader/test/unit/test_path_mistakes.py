@@ -156,6 +156,13 @@ def test_a_program_that_ends_while_the_turtle_drives(x, stops, exit_code, advice
     assert advice in said[0] if advice else said == []
 
 
+@pytest.mark.parametrize('last, advice', [([0.0, 1.0] * 10, True), ([1.0] * 10 + [0.0] * 10, False)])
+def test_a_loop_that_drives_on_while_a_callback_stops(last, advice):
+    seen = Observed(commands=[Command(0.1 * number, speed, 0.0, 0.0) for number, speed in enumerate([1.0] * 9 + last)])
+    said = path_mistakes.found(exercise.load(FOLDER / 'stop_at_x.yaml'), seen, ['stops'])['stops']
+    assert any('of its last 20 commands 10 are 0' in hint for hint in said) == advice
+
+
 @pytest.mark.parametrize('backward, advice', [(False, 'it never drives backward'), (True, None)])
 def test_a_robot_that_only_drives_forward(backward, advice):
     seen = Observed()

@@ -39,6 +39,12 @@ def found(text):
     ("def go(q):\n    print(q)\nrospy.Service('/a', TeleportAbsolute, go)\n", 'must return a response'),
     ("while not rospy.is_shutdown():\n    rospy.sleep(1)\npub.publish(1)\n", 'stands after the loop in line 6'),
     ("euler_from_quaternion([q.w, q.x, q.y, q.z])\n", 'in the order x, y, z, w'),
+    ("def talk():\n    while not rospy.is_shutdown():\n        pub.publish(1)\ndef serve():\n    "
+     "rospy.Service('/a', SetPen, print)\ntalk()\nserve()\n", 'talk() in line 11 returns only when the program ends'),
+    ("while not rospy.is_shutdown():\n    pub.publish(1)\nrospy.Service('/a', SetPen, print)\n",
+     'the loop in line 6 returns only when the program ends'),
+    ("for name in ('a', 'b'):\n    rospy.Subscriber(name, Pose, lambda pose: show(name, pose))\n",
+     'the lambda in line 7 looks at name when it is called, and finds its last value'),
     ("rospy.spin()\nrospy.Publisher('/turtle1/cmd_vel', Twist).publish(Twist())\n", 'comes too late'),
     ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\n", 'publish(message)'),
     ("pen = rospy.ServiceProxy('/turtle1/set_pen', SetPen)\npen.wait_for_service()\n", 'never called'),
@@ -90,6 +96,17 @@ def test_mistakes(text, advice):
     "s = SimpleActionServer('a', FibonacciAction, go, False)\ns.start()\n"])
 def test_what_may_be_right_is_none(text):
     assert found(text) == []
+
+
+@pytest.mark.parametrize('text', [
+    "for name in ('a', 'b'):\n    rospy.Subscriber(name, Pose, lambda pose, name=name: show(name, pose))\n",
+    "for name in ('a', 'b'):\n    rospy.Subscriber(name, Pose, show, name)\n",
+    "def talk():\n    while not rospy.is_shutdown():\n        pub.publish(1)\n        return\ntalk()\n"
+    "rospy.Service('/a', SetPen, print)\n",
+    "def talk():\n    while not rospy.is_shutdown():\n        pub.publish(1)\nrospy.Service('/a', SetPen, print)\n"
+    "Thread(target=talk).start()\nrospy.Subscriber('/b', Pose, print)\n"])
+def test_loops_and_lambdas_that_are_right(text):
+    assert not any('comes too late' in hint or 'lambda' in hint for hint in found(text))
 
 
 def test_a_program_that_is_no_node():

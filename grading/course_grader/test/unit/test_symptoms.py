@@ -222,11 +222,11 @@ def test_a_path_that_is_repeated_is_told_in_numbers():
                          'difference of their times')
 
 
-def test_a_path_that_turns_to_the_other_side_needs_no_pauses():
+def test_a_path_of_the_same_length_needs_no_pauses():
     turtle = GradedTurtle(3.0, 3.0)
     turtle.drive(2.0, 1.0, 0.5)
     own = len(turtle.observed.commands)
-    turtle.wait(1.0).drive(4.0, 0.5, -0.5)
+    turtle.wait(1.0).drive(4.0, 0.73, -0.5)
     del turtle.observed.commands[:own]  # the grader drove
     turtle.observed.connections.add(('/turtle1/pose', 'subscribes'))
     hint, = path_mistakes.measured(exercise.load(FOLDER / 'record_and_play.yaml'), turtle.observed, ['repeats'])
@@ -248,6 +248,19 @@ def test_a_circle_that_is_too_large():
 
 def test_commands_that_are_all_zero():
     assert hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0))[0].startswith('all velocities that it sends are 0')
+
+
+def test_a_program_that_publishes_an_empty_message():
+    said = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0), 'while moves():\n    pub.publish(Twist())\n')
+    assert said[0].startswith('line 2 publishes Twist(), a new message of zeros')
+    said = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0), 'pub.publish(twist)\npub.publish(Twist())\n')
+    assert said[0].startswith('all velocities that it sends are 0')
+
+
+def test_a_path_with_one_side():
+    turtle = GradedTurtle(3.0, 3.0).drive(2.0, 0.5).drive(3.0, 0.0, 0.5)
+    hint, = path_mistakes.measured(exercise.load(FOLDER / 'robot_triangle.yaml'), turtle.observed, ['draws'])
+    assert 'one straight part of 1.00 m' in hint and 'then it only turns; a triangle has 3 equal sides' in hint
 
 
 def test_a_path_that_is_not_that_of_the_solution_gets_advice_on_motion():

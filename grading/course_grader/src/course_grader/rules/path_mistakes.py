@@ -384,9 +384,14 @@ def _reactions(wanted: SimpleNamespace, observed: Observed, least: float = STAND
 
 
 def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A position that is checked too rarely, or a program that ends there without a last command of zero."""
+    """A position that is checked too rarely, or commands that go on behind a zero, or when the program has ended."""
     times = [command.t for command in observed.commands]
     if len(times) < 2:
+        return
+    late = [max(map(abs, command[1:4])) > STANDING for command in observed.commands[-2 * MIN_LAW:]]
+    if min(sum(late), len(late) - sum(late)) >= MIN_COMMANDS and sum(a != b for a, b in zip(late, late[1:])) >= SWINGS:
+        yield (f'of its last {len(late)} commands {len(late) - sum(late)} are 0, and the others drive on: let one '
+               'place of the program decide, as a loop that stops when a callback has set a flag')
         return
     if max(map(abs, observed.commands[-1][1:4])) > STANDING:
         at = next((sample.x for sample in observed.track if sample.t >= times[-1]), math.inf)
@@ -578,6 +583,11 @@ def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     if len(parts) < sides and observed.timed_out and not observed.all_stand():
         yield (f'the time was over when it was in part {len(parts)} of {sides}: drive and turn faster, or wait less '
                'between')
+    elif sides and len(parts) == 1 and observed.commands:
+        last = observed.commands[-1]
+        yield (f'its path is one straight part of {math.hypot(*parts[0]):.2f} m, and then it '
+               + ('only turns' if abs(last.linear_x) < MOVING <= abs(last.angular_z) else 'ends')
+               + f'; a {wanted.shape} has {sides} equal sides')
     elif sides and turns:
         lengths = [math.hypot(*part) for part in parts]
         yield (f'its path has {len(parts)} straight parts, of {_spread(lengths)} m, and turns by {_spread(turns)} '
@@ -602,7 +612,7 @@ def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     moment = observed.commands[0].t
     (length, turn, time), (own_length, own_turn, own_time) = (
         _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
-    paused = abs(own_time - time) < 0.1 * time or own_turn * turn < 0.0  # other causes
+    paused = abs(own_time - time) < 0.1 * time or abs(own_length - length) < 0.02 * length
     yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
            f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
            + ('' if paused else ': sleep between two poses for the difference of their times'))

@@ -254,21 +254,50 @@ def _no_value_returned(one: Program) -> Iterator[str]:
 
 
 def _too_late(one: Program) -> Iterator[str]:
-    """Work after rospy.spin(), or after a loop that runs as long as the program."""
+    """Work after rospy.spin(), or after a loop that runs as long as the program, here or in a function."""
     for node in one.nodes:
         for block in (getattr(node, 'body', None), getattr(node, 'orelse', None)):
             if not isinstance(block, list) or isinstance(node, ast.ClassDef):
                 continue
             for number, part in enumerate(block):
                 after = [inner for later in block[number + 1:] for inner in ast.walk(later)]
-                if _is_spin(part) and any(_all_in(one, after, kind) for kind in MAKES):
-                    yield (f'rospy.spin() in line {part.lineno} returns only when the program ends: what stands after '
-                           'it comes too late')
-                elif _is_endless(part):
-                    late = list(calls(after, 'publish', 'sendTransform'))
-                    if late and _all_in(one, after, 'publish', 'sendTransform'):
-                        yield (f'line {late[0].lineno} stands after the loop in line {part.lineno}, which ends only '
-                               'with the program: indent it, so that it belongs to the loop')
+                late, stays = list(calls(after, 'publish', 'sendTransform')), _stays_in(one, part)
+                if _is_endless(part) and late and _all_in(one, after, 'publish', 'sendTransform'):
+                    yield (f'line {late[0].lineno} stands after the loop in line {part.lineno}, which ends only '
+                           'with the program: indent it, so that it belongs to the loop')
+                elif stays:
+                    after += [inner for function in functions(one) if any(calls(after, function.name))
+                              for inner in ast.walk(function)]
+                    if any(_all_in(one, after, kind) for kind in MAKES):
+                        yield (f'{stays} in line {part.lineno} returns only when the program ends: what stands after '
+                               'it comes too late')
+
+
+def _stays_in(one: Program, statement: ast.stmt) -> str:
+    """Return what keeps a program in a statement until its end: a loop, rospy.spin(), a function with one; or ''."""
+    if _is_endless(statement):
+        return 'the loop'
+    call = statement.value if isinstance(statement, ast.Expr) else None
+    name = dotted(call.func) if isinstance(call, ast.Call) else ''
+    waits = any(_is_spin(part) or _is_endless(part) for function in functions(one)
+                if name in (function.name, f'self.{function.name}') for part in function.body)
+    return f'{name}()' if waits or _is_spin(statement) else ''
+
+
+def _late_lambda(one: Program) -> Iterator[str]:
+    """A lambda that is made in a loop, kept, and looks at the variable of the loop when it is called."""
+    for loop in one.nodes:
+        if not isinstance(loop, ast.For) or isinstance(loop.iter, ast.Constant):
+            continue
+        varies = {node.id for node in ast.walk(loop.target) if isinstance(node, ast.Name)}
+        for call in calls(list(ast.walk(loop)), *WAITING):
+            for given in (*call.args, *(key.value for key in call.keywords)):
+                own = {node.arg for node in ast.walk(given) if isinstance(node, ast.arg)}
+                used = {node.id for node in ast.walk(given) if isinstance(given, ast.Lambda)
+                        and isinstance(node, ast.Name)}
+                for name in sorted(varies & used - own):
+                    yield (f'the lambda in line {given.lineno} looks at {name} when it is called, and finds its last '
+                           f'value: keep each one by `lambda message, {name}={name}: ...`')
 
 
 def _wrong_loop(one: Program) -> Iterator[str]:
@@ -450,7 +479,7 @@ KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_value_returned, _no_self, _never_called, _no_callback, _no_init_node,
     _wrong_loop, _local_variable, _forgotten_self, _no_publish, _proxy_not_called, _not_started, _never_holds,
-    _too_late, _order_of_a_quaternion, _waits_for_itself)
+    _too_late, _late_lambda, _order_of_a_quaternion, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:

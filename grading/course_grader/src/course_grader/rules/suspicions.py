@@ -58,6 +58,15 @@ def _no_pause(one: Program, observed: Observed) -> Iterator[str]:
                'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
 
 
+def publishes_nothing(one: Optional[Program]) -> str:
+    """Return advice on a program that publishes nothing but ``Twist()``, or ''."""
+    sent = list(calls(one.nodes, 'publish')) if one else []
+    empty = [call for call in sent if call.args and isinstance(call.args[0], ast.Call)
+             and last(call.args[0].func) == 'Twist' and not call.args[0].args and not call.args[0].keywords]
+    return (f'line {empty[0].lineno} publishes Twist(), a new message of zeros: publish the one that was filled'
+            if empty and len(empty) == len(sent) else '')
+
+
 def _without_a_pause(one: Program) -> Optional[int]:
     """Return the line of a loop that publishes and never waits, or None."""
     own = {function.name: function for function in functions(one)}

@@ -113,7 +113,7 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[Li
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         suspected = list(_suspected(exercise, program, seen))
-        found = [*suspected, *_early_end(seen), *(() if suspected else _stands(observed, lost)),
+        found = [*suspected, *_early_end(seen), *(() if suspected else _stands(program, observed, lost)),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
         if program and any(check in lost for check in POSITIONS):  # what was observed explains more
             found += suspicions.unwrapped(program, observed)
@@ -192,13 +192,14 @@ def _suspected(exercise: Exercise, program: Optional[source_mistakes.Program], s
         yield from suspicions.only_debugs(program)
 
 
-def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
+def _stands(program: Optional[source_mistakes.Program], observed: Observed, lost: Container[str]) -> Iterator[str]:
     """Commands that are all zero."""
     if any(check in lost for check in MOTION) and observed.commands and all(
             abs(value) < path_mistakes.STANDING for command in observed.commands
             for value in (command.linear_x, command.linear_y, command.angular_z)):
-        yield ('all velocities that it sends are 0: only linear.x, linear.y and angular.z move it; print what they are '
-               'computed from: // and int() make a whole number, and a condition may never be true')
+        yield suspicions.publishes_nothing(program) or (
+            'all velocities that it sends are 0: only linear.x, linear.y and angular.z move it; print what they are '
+            'computed from: // and int() make a whole number, and a condition may never be true')
 
 
 def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
