@@ -160,7 +160,7 @@ def test_a_program_that_ends_while_the_turtle_drives(x, stops, exit_code, advice
 def test_a_loop_that_drives_on_while_a_callback_stops(last, advice):
     seen = Observed(commands=[Command(0.1 * number, speed, 0.0, 0.0) for number, speed in enumerate([1.0] * 9 + last)])
     said = path_mistakes.found(exercise.load(FOLDER / 'stop_at_x.yaml'), seen, ['stops'])['stops']
-    assert any('of its last 20 commands 10 are 0' in hint for hint in said) == advice
+    assert any('of its last 29 commands 10 are 0' in hint for hint in said) == advice
 
 
 @pytest.mark.parametrize('backward, advice', [(False, 'it never drives backward'), (True, None)])

@@ -79,6 +79,7 @@ class LocalisationNode:
         self._filter = None
         self._last = None  # the odometry's pose of the last scan that was used
         self._forced = True
+        self._begun = None  # when the particles were placed or spread; ROS does not order a scan of this time and that
         self._odometry_in_map = None
         self._start = (Pose(value['initial_pose_x'], value['initial_pose_y'], value['initial_pose_a']),
                        np.diag([value['initial_cov_xx'], value['initial_cov_yy'], value['initial_cov_aa']]))
@@ -143,7 +144,11 @@ class LocalisationNode:
         self._start = pose, covariance
         if self._filter:
             self._filter.place(pose, covariance)
-            self._last, self._forced, self._odometry_in_map = None, True, None
+            self._begin()
+            self._odometry_in_map = None
+
+    def _begin(self):
+        self._last, self._forced, self._begun = None, True, rospy.Time.now()
 
     def _set_map(self, request):
         try:
@@ -178,7 +183,7 @@ class LocalisationNode:
                 raise rospy.ServiceException('there is no map yet')
             rospy.loginfo('Initializing with uniform distribution')
             self._filter.spread()
-            self._last, self._forced = None, True
+            self._begin()
         return EmptyResponse()
 
     def _force(self, _):
@@ -191,8 +196,8 @@ class LocalisationNode:
                 self._throttle.warn('no map', 'No map yet, so scans are ignored')
                 return
             step = self._last.step_to(odometry) if self._last else Pose()
-            if self._forced or math.hypot(step.x, step.y) > self._value['update_min_d'] \
-                    or abs(step.yaw) > self._value['update_min_a']:
+            if stamp != self._begun and (self._forced or math.hypot(step.x, step.y) > self._value['update_min_d']
+                                         or abs(step.yaw) > self._value['update_min_a']):
                 told = None if self._last else self._filter.estimate()  # as the original: a robot that stands stays so
                 self._forced, self._last = False, odometry
                 self._filter.update(step, scan)

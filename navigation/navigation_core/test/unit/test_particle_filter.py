@@ -67,6 +67,14 @@ def test_the_first_scan_does_not_find_a_robot_that_may_be_anywhere():
         assert lost.particles[:, :2].std(axis=0).min() > 0.5  # [m]; the room is 4 m x 3 m
 
 
+def test_a_new_start_does_not_depend_on_the_scans_before():
+    filters = [ParticleFilter(MEASURED, Settings(max_particles=500), SensorModel(), 2) for _ in range(2)]
+    filters[0].update(Pose(), scan_at(START, np.random.default_rng(3)))
+    for one in filters:
+        one.spread()
+    assert np.array_equal(filters[0].particles, filters[1].particles)
+
+
 @pytest.mark.parametrize('model', motion.MODELS)
 def test_particles_move_as_the_odometry_on_average(model):
     random = np.random.default_rng(0)

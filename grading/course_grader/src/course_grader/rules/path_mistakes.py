@@ -388,7 +388,7 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
     times = [command.t for command in observed.commands]
     if len(times) < 2:
         return
-    late = [max(map(abs, command[1:4])) > STANDING for command in observed.commands[-2 * MIN_LAW:]]
+    late = [max(map(abs, command[1:4])) > STANDING for command in observed.commands[-4 * MIN_LAW:]]
     if min(sum(late), len(late) - sum(late)) >= MIN_COMMANDS and sum(a != b for a, b in zip(late, late[1:])) >= SWINGS:
         yield (f'of its last {len(late)} commands {len(late) - sum(late)} are 0, and the others drive on: let one '
                'place of the program decide, as a loop that stops when a callback has set a flag')

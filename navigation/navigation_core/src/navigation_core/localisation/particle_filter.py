@@ -47,21 +47,28 @@ class ParticleFilter:
         self.measured, self._settings, self._sensor = measured, settings, sensor
         self.particles: Array = np.zeros((0, 3))
         self.weights: Array = np.zeros(0)
-        self._random = np.random.default_rng(seed)
+        self._seed, self._starts = seed, 0
         self._quantile = NormalDist().inv_cdf(settings.kld_probability)
         self.spread()
 
     def place(self, mean: Pose, covariance: Array) -> None:
         """Put the particles around a pose; ``covariance`` (3, 3) of x, y [m] and yaw [rad]."""
         spread = np.asarray(covariance, dtype=float)
+        self._begin()
         self._set(self._random.multivariate_normal(mean, 0.5 * (spread + spread.T), self._settings.max_particles,
                                                    check_valid='ignore'))
         self._lost = False
 
     def spread(self) -> None:
         """Put the particles all over the free cells: the robot may be anywhere."""
+        self._begin()
         self._set(self._anywhere(self._settings.max_particles))
         self._lost = True
+
+    def _begin(self) -> None:
+        """Draw other random numbers than before, which do not depend on the number of scans until now."""
+        self._starts += 1
+        self._random = np.random.default_rng([self._seed, self._starts])
 
     def update(self, step: Pose, scan: Scan) -> None:
         """Take a scan, and the new pose of the odometry in the frame of the last scan's.
