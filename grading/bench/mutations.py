@@ -48,7 +48,7 @@ def _without_import(name: str) -> Callable[[str], str]:
 
 KINDS: Dict[str, Kind] = {
     'no parentheses after sleep': Kind(_last(r'rate\.sleep\(\)', 'rate.sleep'), r'parentheses call it'),
-    'no sleep in the loop': Kind(_last(r'^ +rate\.sleep\(\)\n', ''), r'sleep|pause|Rate'),
+    'no sleep in the loop': Kind(_last(r'^( +)rate\.sleep\(\)$', r'\1pass'), r'sleep|pause|Rate'),
     'no spin': Kind(_first(r'^ *rospy\.spin\(\)\n?', ''), r'rospy\.spin'),
     'no init_node': Kind(_first(r'^( *)rospy\.init_node\(.*\)$', r'\1pass'), r'init_node'),
     'no publish': Kind(_first(r'^( +)\w+\.publish\(.*\)$', r'\1pass'), r'publish'),

@@ -130,6 +130,8 @@ def test_what_python_says(source, advice):
     ("AttributeError: module 'rospy' has no attribute 'publisher'", '', 'rospy has no publisher'),
     ("topic types do not match: [Client wants topic /turtle1/pose to have datatype/md5sum [geometry_msgs/Pose/e4], but "
      "our version has [turtlesim/Pose/86]", '', 'one has geometry_msgs/Pose, the other has turtlesim/Pose'),
+    ("UnboundLocalError: cannot access local variable 'twist' where it is not associated with a value",
+     'def f():\n    twist = twist()\n', '`twist = Twist()`'),
     ('ERROR: cannot launch node of type [topic_demo/drive.py]: Cannot locate node of type [drive.py] in package '
      '[topic_demo]. Make sure file exists in package path and permission is set to executable (chmod +x)\n'
      'the program never started a node; does it call rospy.init_node?', '', 'chmod +x drive.py'),

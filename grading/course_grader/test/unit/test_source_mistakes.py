@@ -43,6 +43,8 @@ def found(text):
      "rospy.Service('/a', SetPen, print)\ntalk()\nserve()\n", 'talk() in line 11 returns only when the program ends'),
     ("while not rospy.is_shutdown():\n    pub.publish(1)\nrospy.Service('/a', SetPen, print)\n",
      'the loop in line 6 returns only when the program ends'),
+    ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\ndef store(pose):\n    global x\n    x = pose.x\n"
+     "while not rospy.is_shutdown():\n    pub.publish(x)\n", 'nothing calls store'),
     ("for name in ('a', 'b'):\n    rospy.Subscriber(name, Pose, lambda pose: show(name, pose))\n",
      'the lambda in line 7 looks at name when it is called, and finds its last value'),
     ("rospy.spin()\nrospy.Publisher('/turtle1/cmd_vel', Twist).publish(Twist())\n", 'comes too late'),

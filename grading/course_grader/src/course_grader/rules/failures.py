@@ -159,6 +159,9 @@ def _not_supported(match: Match[str], _source: str) -> str:
 
 
 def _no_value_yet(name: str, source: str) -> str:
+    right = next((known for known in PACKAGES if known.lower() == name), '')
+    if right and re.search(rf'\b{name}\s*=\s*{name}\(', source):
+        return f'{name}() is not {right}(): types begin with a capital letter, `{name} = {right}()`'
     if re.search(rf'\bimport\b[^\n]*\b{name}\b', source):
         return (f'a variable has the name of the imported {name}, which is then unknown in the whole function: give it '
                 'another name')

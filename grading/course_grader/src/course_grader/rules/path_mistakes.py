@@ -158,8 +158,11 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
 def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
     lifted = list(_lifted(wanted, exercise, observed))
-    if lifted:
-        yield from lifted
+    turned = rules_driving.turned_on_the_spot(observed)
+    if lifted or turned:
+        yield from lifted or [
+            f'it only turns, by {turned:.0f} degrees in all, and never drives: what ends the turn never becomes true; '
+            'check the sign of angular.z, the comparison of the headings, and that it looks often enough']
         return
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
@@ -552,9 +555,6 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 def measured(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
     """What a vehicle did, in numbers, where no cause is sure: they are compared with the task."""
-    if ('/cmd_vel', 'publishes') in observed.connections and not observed.commands and observed.exit_code is None:
-        yield ('the robot took no velocity of it: either the program never gets to its publish, or what it sends is '
-               f'nan, or faster than {robot_world.FASTEST_COMMAND:g} m/s')
     for rule in exercise.rules:
         if rule.name in lost and rule.name in MEASURED and (observed.commands or rule.name == 'draws'):
             yield from MEASURED[rule.name](SimpleNamespace(**rule.parameters), observed)

@@ -275,5 +275,12 @@ def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def _path_text(observed: Observed, judgement: str) -> str:
-    length = fits.path_length(observed.drawn())
-    return 'it did not move' if length < 0.01 else f'a path of {length:.2f} m {judgement}'
+    length, turned = fits.path_length(observed.drawn()), turned_on_the_spot(observed)
+    return (f'it only turned, by {turned:.0f} degrees in all' if turned else 'it did not move' if length < 0.01 else
+            f'a path of {length:.2f} m {judgement}')
+
+
+def turned_on_the_spot(observed: Observed) -> float:
+    """Return by how many degrees a vehicle has turned that never drove, otherwise 0."""
+    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(observed.track, observed.track[1:]))
+    return math.degrees(turned) if fits.path_length(observed.drawn()) < 0.01 and turned > 0.01 else 0.0

@@ -195,12 +195,20 @@ def _never_called(one: Program) -> Iterator[str]:
               and _bare(owner) and not method.name.startswith('__') and owner.name in one.read]
     for function, before in parts:
         nodes = list(ast.walk(function))
-        works = any(_all_in(one, nodes, kind) for kind in WORKS)  # otherwise it may be left over
+        works = any(_all_in(one, nodes, kind) for kind in WORKS) or (  # otherwise it may be left over
+            len(function.args.args) == (2 if before else 1) and _stores(nodes)
+            and any(calls(one.nodes, 'Publisher')) and not any(calls(one.nodes, *WAITING, 'wait_for_message')))
         if function.name not in one.read and not function.decorator_list and works:
             call = 'call it' if before else f'write `{function.name}(...)` at the end of the program'
             yield f'nothing calls {function.name}: ' + (
                 f'hand it over to what calls it, such as rospy.Subscriber(TOPIC, TYPE, {before}{function.name}) or '
                 f'rospy.Timer, or {call}' if len(function.args.args) > (1 if before else 0) else call)
+
+
+def _stores(nodes: List[ast.AST]) -> bool:
+    """Return whether a function keeps something outside of it."""
+    return any(isinstance(node, ast.Global) or isinstance(node, ast.Attribute) and last(node.value) == 'self'
+               and isinstance(node.ctx, ast.Store) for node in nodes)
 
 
 def _bare(owner: ast.ClassDef) -> bool:

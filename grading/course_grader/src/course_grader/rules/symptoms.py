@@ -15,6 +15,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
 from course_grader.rules.scoring import Reason, Verdict
+from kinematic_core.worlds import robot_world
 from plain_support.doctor import names
 from plain_support.doctor.findings import misnamed
 
@@ -109,11 +110,13 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[Li
         found = found or [*_unknown_failure(observed.trouble)]
     elif not found:  # otherwise the observations are only its effect
         if exercise.robots:  # what one of them does says nothing about the others
-            return [*_early_end(seen), *_ordered(exercise, {}, _listed(exercise, seen, set()))], False
+            return [*_early_end(seen), *_silent(exercise, observed, lost),
+                    *_ordered(exercise, {}, _listed(exercise, seen, set()))], False
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         suspected = list(_suspected(exercise, program, seen))
-        found = [*suspected, *_early_end(seen), *(() if suspected else _stands(program, observed, lost)),
+        found = [*suspected, *_early_end(seen), *_silent(exercise, observed, lost),
+                 *(() if suspected else _stands(program, observed, lost)),
                  *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
         if program and any(check in lost for check in POSITIONS):  # what was observed explains more
             found += suspicions.unwrapped(program, observed)
@@ -200,6 +203,17 @@ def _stands(program: Optional[source_mistakes.Program], observed: Observed, lost
         yield suspicions.publishes_nothing(program) or (
             'all velocities that it sends are 0: only linear.x, linear.y and angular.z move it; print what they are '
             'computed from: // and int() make a whole number, and a condition may never be true')
+
+
+def _silent(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
+    """A program that could send velocities, and goes on, but sends none."""
+    sent = observed.commands or any(driven.commands for driven in observed.robots.values())
+    if any(check in lost for check in MOTION) and not sent and observed.exit_code is None and any(
+            name.endswith('/cmd_vel') and role == 'publishes' for name, role in observed.connections):
+        yield ('no velocity of it came: the program never gets to its publish, because it waits, or a condition before '
+               'it never holds; print what that is computed from' + (
+                   f'. Or what it sends is nan, or faster than {robot_world.FASTEST_COMMAND:g} m/s'
+                   if exercise.simulator == 'robotont' else ''))
 
 
 def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
