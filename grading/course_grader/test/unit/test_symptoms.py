@@ -257,12 +257,11 @@ def test_a_program_that_publishes_an_empty_message():
     assert said[0].startswith('all velocities that it sends are 0')
 
 
-@pytest.mark.parametrize('name, exit_code, told', [
-    ('keep_distance', None, 'or faster than 10 m/s'), ('keep_distance', 1, None),
-    ('stop_at_x', None, 'no velocity of it')])
-def test_a_program_that_sends_no_velocity(name, exit_code, told):
-    one, seen = exercise.load(FOLDER / f'{name}.yaml'), Observed(
-        connections={('/cmd_vel', 'publishes')}, exit_code=exit_code)
+@pytest.mark.parametrize('name, topic, exit_code, told', [
+    ('keep_distance', '/cmd_vel', None, 'or faster than 10 m/s'), ('keep_distance', '/cmd_vel', 1, None),
+    ('stop_at_x', '/turtle1/cmd_vel', None, 'no velocity of it'), ('follow_turtle', '/turtle2/cmd_vel', None, None)])
+def test_a_program_that_sends_no_velocity(name, topic, exit_code, told):
+    one, seen = exercise.load(FOLDER / f'{name}.yaml'), Observed(connections={(topic, 'publishes')}, exit_code=exit_code)
     said = symptoms.advise(one, seen, scoring.decide(one, seen)).hints
     assert told in said[0] if told else 'no velocity of it' not in str(said)
 

@@ -603,7 +603,8 @@ def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     sent = [command for command in observed.commands if max(map(abs, command[1:4])) > STANDING]
     if sent:
         linear, angular = _spread([one.linear_x for one in sent]), _spread([one.angular_z for one in sent])
-        yield (f'it sent {len(sent)} velocities in {sent[-1].t - sent[0].t:.1f} s, with linear.x {linear} m/s and '
+        linear += ' m/s, backward,' if max(one.linear_x for one in sent) < 0.0 else ' m/s'
+        yield (f'it sent {len(sent)} velocities in {sent[-1].t - sent[0].t:.1f} s, with linear.x {linear} and '
                f'angular.z {angular} rad/s: compare these numbers with the task')
 
 
@@ -613,9 +614,11 @@ def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     (length, turn, time), (own_length, own_turn, own_time) = (
         _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
     paused = abs(own_time - time) < 0.1 * time or abs(own_length - length) < 0.02 * length
+    opposite = abs(own_turn + turn) < 0.1 * abs(turn)
     yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
            f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
-           + ('' if paused else ': sleep between two poses for the difference of their times'))
+           + (': it turns to the other side, so check the sign of angular.z' if opposite else '' if paused else
+              ': sleep between two poses for the difference of their times'))
 
 
 def _extent(track: Sequence[Sample]) -> Tuple[float, float, float]:
