@@ -261,7 +261,8 @@ def test_a_program_that_publishes_an_empty_message():
     ('keep_distance', '/cmd_vel', None, 'or faster than 10 m/s'), ('keep_distance', '/cmd_vel', 1, None),
     ('stop_at_x', '/turtle1/cmd_vel', None, 'no velocity of it'), ('follow_turtle', '/turtle2/cmd_vel', None, None)])
 def test_a_program_that_sends_no_velocity(name, topic, exit_code, told):
-    one, seen = exercise.load(FOLDER / f'{name}.yaml'), Observed(connections={(topic, 'publishes')}, exit_code=exit_code)
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    seen = Observed(connections={(topic, 'publishes')}, exit_code=exit_code)
     said = symptoms.advise(one, seen, scoring.decide(one, seen)).hints
     assert told in said[0] if told else 'no velocity of it' not in str(said)
 

@@ -208,7 +208,7 @@ def _stands(program: Optional[source_mistakes.Program], observed: Observed, lost
 def _silent(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
     """A program that could send velocities, and goes on, but sends none."""
     sent = observed.commands or any(driven.commands for driven in observed.robots.values())
-    own = {'/turtle1/cmd_vel', '/cmd_vel', *(f'/{name}/cmd_vel' for name in observed.robots)}  # whose commands are known
+    own = {'/turtle1/cmd_vel', '/cmd_vel', *(f'/{name}/cmd_vel' for name in observed.robots)}  # which it sees
     if any(check in lost for check in MOTION) and not sent and observed.exit_code is None and any(
             name in own and role == 'publishes' for name, role in observed.connections):
         yield ('no velocity of it came: the program never gets to its publish, because it waits, or a condition before '
