@@ -248,6 +248,8 @@ def test_a_vehicle_that_only_turns():
     turtle = GradedTurtle(5.0, 5.0).drive(9.0, 0.0, 1.0)
     said = path_mistakes.found(exercise.load(FOLDER / 'square_by_topics.yaml'), turtle.observed, ['draws'])['draws']
     assert said[0].startswith('it only turns, by 5') and len(said) == 1
+    measured = list(path_mistakes.measured(exercise.load(FOLDER / 'stop_at_x.yaml'), turtle.observed, ['stops']))
+    assert measured == said
 
 
 def test_another_pace():

@@ -158,11 +158,9 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
 def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
     path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
     lifted = list(_lifted(wanted, exercise, observed))
-    turned = rules_driving.turned_on_the_spot(observed)
-    if lifted or turned:
-        yield from lifted or [
-            f'it only turns, by {turned:.0f} degrees in all, and never drives: what ends the turn never becomes true; '
-            'check the sign of angular.z, the comparison of the headings, and that it looks often enough']
+    turns = list(_only_turns(observed))
+    if lifted or turns:
+        yield from lifted or turns
         return
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
@@ -179,6 +177,13 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
     else:
         found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
         yield from found or _sized(wanted, observed)
+
+
+def _only_turns(observed: Observed) -> Iterator[str]:
+    turned = rules_driving.turned_on_the_spot(observed)
+    if turned:
+        yield (f'it only turns, by {turned:.0f} degrees in all, and never drives: linear.x is the speed forward; if a '
+               'turn has to end before, check the sign of angular.z, the comparison, and that it looks often enough')
 
 
 def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -555,6 +560,7 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 def measured(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
     """What a vehicle did, in numbers, where no cause is sure: they are compared with the task."""
+    yield from _only_turns(observed)
     for rule in exercise.rules:
         if rule.name in lost and rule.name in MEASURED and (observed.commands or rule.name == 'draws'):
             yield from MEASURED[rule.name](SimpleNamespace(**rule.parameters), observed)
