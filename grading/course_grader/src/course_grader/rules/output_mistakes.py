@@ -3,7 +3,7 @@ import dataclasses
 from types import SimpleNamespace
 from typing import Callable, Container, Dict, Iterator, List
 
-from course_grader.rules import rules_output
+from course_grader.rules import judging, rules_output
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 
@@ -18,9 +18,10 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
     for rule in exercise.rules:
         if rule.name in lost and rule.name in KINDS:
             hints.setdefault(rule.name, []).extend(KINDS[rule.name](SimpleNamespace(**rule.parameters), observed))
-    lines = [SimpleNamespace(**rule.parameters) for rule in exercise.rules if rule.name == 'prints']
+    lines = [SimpleNamespace(**rule.parameters) for rule in exercise.rules
+             if rule.name == 'prints' and rule.visible == judging.ALWAYS]
     counts = [rules_output.matching(observed, wanted) for wanted in lines]
-    if 'prints' in lost and all(0 < count < wanted.times for count, wanted in zip(counts, lines)):
+    if 'prints' in lost and lines and all(0 < count < wanted.times for count, wanted in zip(counts, lines)):
         hints['prints'] = [f'only {counts[0]} of {lines[0].times} lines are printed for "{lines[0].what}": print one '
                            'each time, also if nothing has changed']
     return hints

@@ -67,11 +67,14 @@ def _with_decimal_comma(judge: Judge) -> Judge:
 
 def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match a pattern."""
-    count, wrong = matching(observed, wanted), misplaced(observed, wanted)
+    count = matching(observed, wanted)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
     seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
-    if wrong:
-        return Result(0.0, asked, f'{seen}; {len(wrong)} others do not belong there, such as {wrong[0]!r:.60}')
+    if wanted.without is not None:
+        wrong = [line.text for line in observed.lines
+                 if wanted.level in (None, line.level) and re.search(wanted.without, line.text)]
+        if len(wrong) > MAX_WRONG:
+            return Result(0.0, asked, f'{seen}; {len(wrong)} others do not belong there, such as {wrong[0]!r:.60}')
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
@@ -79,13 +82,6 @@ def matching(observed: Observed, wanted: SimpleNamespace) -> int:
     """Return the number of lines that match a pattern."""
     return sum(bool(re.search(wanted.pattern, line.text)) and wanted.level in (None, line.level)
                for line in observed.lines)
-
-
-def misplaced(observed: Observed, wanted: SimpleNamespace) -> List[str]:
-    """Return the lines of that level that do not belong there, none if they are few."""
-    wrong = [line.text for line in observed.lines if wanted.without is not None
-             and wanted.level in (None, line.level) and re.search(wanted.without, line.text)]
-    return wrong if len(wrong) > MAX_WRONG else []
 
 
 @_with_decimal_comma
