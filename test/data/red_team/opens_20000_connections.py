@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed
+# expected: failed: too many connections
 # exercise: stop_at_x
 # kind: floods with names, parameters, connections
 """Connects to the master and the simulator until nothing is left, and says nothing there."""

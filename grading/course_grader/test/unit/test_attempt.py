@@ -99,6 +99,17 @@ def test_memory_that_grows_without_bound_is_the_programs(monkeypatch):
     assert made.observed.trouble.startswith('the program filled the memory of the ')
 
 
+def test_connections_without_bound_are_the_programs(monkeypatch):
+    """The master has a thread for each: 20,000 of them took all processes of the machine from the gradings beside."""
+    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
+    made._master_process, made._master_log, made._simulator_log = own, os.devnull, os.devnull
+    made._check_servers(own)
+    assert made.observed.trouble == ''
+    monkeypatch.setattr(attempt, 'MAX_SERVER_THREADS', 0)
+    made._check_servers(own)
+    assert made.observed.trouble.startswith('the program opened too many connections to the ')
+
+
 def test_who_wants_many_cores_and_is_late_gets_the_reason():
     made = an_attempt()
     made._note_hog(10.0, 8.0, 200.0, greedy=True)
@@ -121,8 +132,9 @@ def test_names_that_are_too_long_to_read_are_the_programs():
     assert 'so long names' in made.observed.trouble
 
 
-@pytest.mark.parametrize('busy, waited', [(False, attempt.IDLE_START), (True, attempt.BUSY_IDLE_START)])
-def test_an_idle_program_has_more_time_to_start_on_a_busy_machine(monkeypatch, busy, waited):
+@pytest.mark.parametrize('busy, trouble, waited', [
+    (False, '', attempt.IDLE_START), (True, '', attempt.BUSY_IDLE_START), (False, 'too many connections', 1)])
+def test_an_idle_program_has_more_time_to_start_on_a_busy_machine(monkeypatch, busy, trouble, waited):
     """Two of 100 right programs, at a load of 30 to 100, were idle for 10 s before their first call was answered."""
     made, idle = an_attempt(), iter(range(1000))
     made._policy = types.SimpleNamespace(lockstep=False)
@@ -133,5 +145,7 @@ def test_an_idle_program_has_more_time_to_start_on_a_busy_machine(monkeypatch, b
     monkeypatch.setattr(attempt, 'Machine', lambda: types.SimpleNamespace(is_busy=lambda: busy))
     monkeypatch.setattr(attempt.sandbox, 'ProgramIdleTimer', lambda _student: types.SimpleNamespace(
         poll=lambda: polled.append(next(idle)) or polled[-1]))
-    made._wait_for_student(types.SimpleNamespace(exit_code=lambda: None, cpu=lambda: 0.0, has_children=lambda: False))
+    made._check_servers = lambda _simulator: setattr(made.observed, 'trouble', trouble)
+    made._wait_for_student(types.SimpleNamespace(exit_code=lambda: None, cpu=lambda: 0.0, has_children=lambda: False),
+                           None)
     assert polled[-1] == waited

@@ -79,6 +79,7 @@ SERVER_SHARE = 0.3  # of the wall time, of a run that met its limit: more proces
                     # is due to what the program sends them; an honest program's run takes 0.05 of it
 MAX_LOG = 16 * MEGABYTE  # [bytes] of the master's or the simulator's log; those of the samples have less than 30 kB
 MAX_SERVER_MEMORY = 512 * MEGABYTE  # [bytes] of master or simulator; at the start 60 MB
+MAX_SERVER_THREADS = 1_000  # of master or simulator, which have one for each connection; those of the samples have 40
 
 
 class AttemptError(RuntimeError):
@@ -345,8 +346,10 @@ class Attempt:
     def _follow(self, reader, student, simulator):
         """Start time when the program has started, and watch until the end."""
         self._spent_before = self._spent(student, simulator)
-        self._wait_for_student(student)
+        self._wait_for_student(student, simulator)
         self.observed.start = reader.read()
+        if self.observed.trouble:
+            return
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
         self._late_before = self._link.late  # steps that are no fault of the program
         self._state = StateReader(self.exercise, self.observed, BEGIN / 1e9 + reader.dt, self._link, reader.dt)
@@ -385,13 +388,14 @@ class Attempt:
             f'({self._simulator}): choose another name, and start no simulator or roscore, as both are running')
         return True
 
-    def _wait_for_student(self, student):
+    def _wait_for_student(self, student, simulator):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
         idle, machine = sandbox.ProgramIdleTimer(student), Machine()
         while (not self._student_is_there() and student.exit_code() is None
                and idle.poll() < (BUSY_IDLE_START if machine.is_busy() else IDLE_START)
-               and student.cpu() < MAX_START and not self._is_late()):
+               and student.cpu() < MAX_START and not self._is_late() and not self.observed.trouble):
             self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
+            self._check_servers(simulator)
             time.sleep(POLL)
         waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (self._policy.lockstep and student.has_children() and student.exit_code() is None
@@ -446,13 +450,17 @@ class Attempt:
         return time.monotonic() > self._deadline
 
     def _check_servers(self, simulator):
-        """Record that the program made a log or the memory of master or simulator grow without bound."""
+        """Record that the program made a log, the memory or the threads of master or simulator grow without bound."""
         for name, log, pid in (('master', self._master_log, self._master_process.pid),
                                ('simulator', self._simulator_log, simulator.pid)):
             with contextlib.suppress(OSError, psutil.Error):
+                server = psutil.Process(pid)
+                threads = server.num_threads()
+                if threads > MAX_SERVER_THREADS:
+                    self.observed.trouble = (f'the program opened too many connections to the {name}, which needs '
+                                             f'{threads} threads for them, at most {MAX_SERVER_THREADS}')
                 for what, size, limit in ((f'log of the {name}', os.path.getsize(log), MAX_LOG),
-                                          (f'memory of the {name}', psutil.Process(pid).memory_info().rss,
-                                           MAX_SERVER_MEMORY)):
+                                          (f'memory of the {name}', server.memory_info().rss, MAX_SERVER_MEMORY)):
                     if size > limit:
                         self.observed.trouble = (f'the program filled the {what}: {size / MEGABYTE:.0f} MB, at most '
                                                  f'{limit / MEGABYTE:.0f} MB, by what it sends, calls or registers')
