@@ -99,6 +99,15 @@ def test_memory_that_grows_without_bound_is_the_programs(monkeypatch):
     assert made.observed.trouble.startswith('the program filled the memory of the ')
 
 
+def test_time_starts_with_a_node_that_has_ended_already():
+    """A script of rosservice calls: on a busy machine its first node was over between two polls, and time stood on."""
+    made = an_attempt()
+    made._policy, made._student_is_there, made._was_there = types.SimpleNamespace(lockstep=False), bool, lambda: True
+    made._link = types.SimpleNamespace(step=lambda _count: pytest.fail('it waits on'))
+    made._wait_for_student(types.SimpleNamespace(exit_code=lambda: None, cpu=lambda: 0.0, has_children=lambda: True),
+                           None)
+
+
 def test_connections_without_bound_are_the_programs(monkeypatch):
     """The master has a thread for each: 20,000 of them took all processes of the machine from the gradings beside."""
     made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
@@ -145,6 +154,7 @@ def test_an_idle_program_has_more_time_to_start_on_a_busy_machine(monkeypatch, b
     monkeypatch.setattr(attempt, 'Machine', lambda: types.SimpleNamespace(is_busy=lambda: busy))
     monkeypatch.setattr(attempt.sandbox, 'ProgramIdleTimer', lambda _student: types.SimpleNamespace(
         poll=lambda: polled.append(next(idle)) or polled[-1]))
+    made._was_there = lambda: False
     made._check_servers = lambda _simulator: setattr(made.observed, 'trouble', trouble)
     made._wait_for_student(types.SimpleNamespace(exit_code=lambda: None, cpu=lambda: 0.0, has_children=lambda: False),
                            None)

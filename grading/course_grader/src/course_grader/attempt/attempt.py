@@ -391,7 +391,7 @@ class Attempt:
     def _wait_for_student(self, student, simulator):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
         idle, machine = sandbox.ProgramIdleTimer(student), Machine()
-        while (not self._student_is_there() and student.exit_code() is None
+        while (not self._student_is_there() and not self._was_there() and student.exit_code() is None
                and idle.poll() < (BUSY_IDLE_START if machine.is_busy() else IDLE_START)
                and student.cpu() < MAX_START and not self._is_late() and not self.observed.trouble):
             self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
