@@ -26,6 +26,12 @@ class Sample(NamedTuple):
     theta: float
 
 
+def whole_turn(track: Iterable[Sample]) -> float:
+    """Return by how much [rad] a vehicle turns on its way, to either side."""
+    headings = [sample.theta for sample in track]
+    return sum(abs(math.remainder(b - a, math.tau)) for a, b in zip(headings, headings[1:]))
+
+
 class Command(NamedTuple):
     """A velocity command that the simulator accepted [m/s, m/s, rad/s], and the node that sent it."""
 

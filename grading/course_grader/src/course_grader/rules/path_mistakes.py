@@ -13,7 +13,7 @@ import numpy as np
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, period, within, written
-from course_grader.rules.observation import Command, Observed, Sample
+from course_grader.rules.observation import Command, Observed, Sample, whole_turn
 from kinematic_core.worlds import robot_world, turtle_world
 
 WALL = 0.01  # [m] from the edge of the arena
@@ -180,9 +180,9 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
 
 
 def _only_turns(observed: Observed) -> Iterator[str]:
-    turned = rules_driving.turned_on_the_spot(observed)
-    if turned:
-        yield (f'it only turns, by {turned:.0f} degrees in all, and never drives: linear.x is the speed forward; if a '
+    degrees = rules_driving.turned_on_the_spot(observed)
+    if degrees:
+        yield (f'it only turns, by {degrees:.0f} degrees in all, and never drives: linear.x is the speed forward; if a '
                'turn has to end before, check the sign of angular.z, the comparison, and that it looks often enough')
 
 
@@ -432,13 +432,12 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
         return
     steps = [(b.x - a.x) * math.cos(a.theta) + (b.y - a.y) * math.sin(a.theta) for a, b in zip(track, track[1:])]
     forward, backward = (sum(sign * step for step in steps if sign * step > 0.0) for sign in (1.0, -1.0))
-    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(track, track[1:]))
     if track and forward + backward < SHORT:
         yield (f'{wanted.turtle} hardly moves: linear.x of /{wanted.turtle}/cmd_vel is its speed forward; print what '
                'it is computed from, and whether the subscribers get poses or transforms')
     elif backward > forward:
         yield f'{wanted.turtle} drives backward: linear.x has to be positive, such as the distance'
-    elif track and turned < TURNED_WELL:
+    elif track and whole_turn(track) < TURNED_WELL:
         yield f'{wanted.turtle} never turns: angular.z is its turn speed, by the direction to turtle1'
     elif len(track) > 1 and observed.track:
         apart = math.dist(track[-1][1:3], observed.track[-1][1:3])

@@ -10,7 +10,7 @@ import numpy as np
 from alvar_core.arrays import ArrayLike, Floats
 from course_grader.rules import fits
 from course_grader.rules.judging import ANY, MISSED, Result, counted, nearness, period, within, written
-from course_grader.rules.observation import Command, Observed, Sample
+from course_grader.rules.observation import Command, Observed, Sample, whole_turn
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
 OPEN, CLOSED = 0.5, 0.95  # covered shares of an outline: not yet a shape, and closed; three of four sides lie between
@@ -282,5 +282,5 @@ def _path_text(observed: Observed, judgement: str) -> str:
 
 def turned_on_the_spot(observed: Observed) -> float:
     """Return by how many degrees a vehicle has turned that never drove, otherwise 0."""
-    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(observed.track, observed.track[1:]))
-    return math.degrees(turned) if fits.path_length(observed.drawn()) < 0.01 and turned > 0.01 else 0.0
+    angle = whole_turn(observed.track)
+    return math.degrees(angle) if fits.path_length(observed.drawn()) < 0.01 and angle > 0.01 else 0.0

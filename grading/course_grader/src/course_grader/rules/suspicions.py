@@ -8,7 +8,7 @@ import math
 import re
 from typing import Callable, Container, Dict, Iterator, List, Optional, Set, Tuple
 
-from course_grader.rules.observation import Observed
+from course_grader.rules.observation import Observed, whole_turn
 from course_grader.rules.source_mistakes import Program, callbacks, calls, dotted, functions, last, names, number, text
 
 POSITIONS = 'x', 'y', 'theta'
@@ -361,8 +361,7 @@ def _of_positions(one: Program, observed: Observed) -> Iterator[str]:
     if line is not None:
         yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
                'abs(a - b) < 0.1')
-    turned = sum(abs(math.remainder(b.theta - a.theta, math.tau)) for a, b in zip(observed.track, observed.track[1:]))
-    line = degrees(one, {abs(command.angular_z) for command in observed.commands}, turned > SPINS)
+    line = degrees(one, {abs(command.angular_z) for command in observed.commands}, whole_turn(observed.track) > SPINS)
     if line is not None:
         yield (f'the angle in line {line} is in degrees, and angles are in radians: write math.radians(90), or '
                'math.pi / 2, for 90 degrees')
