@@ -1,0 +1,1 @@
+../../../../16_tf_broadcaster/tf_broadcaster.py

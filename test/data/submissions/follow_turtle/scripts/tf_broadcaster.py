@@ -1,1 +1,0 @@
-../../tf_broadcaster/right_node.py
