@@ -36,7 +36,7 @@ ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do 
             'navigation/navigation_core/src': IMAGES | {'scipy'},
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
-            'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
+            'support/plain_support/src': {'psutil', 'rospkg', 'yaml'},  # most do without: test_plain_import.py
             'support/plain_support/src/plain_support/doctor': PLAIN,
             'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'grading/course_grader/src/course_grader/isolation': {'psutil'},

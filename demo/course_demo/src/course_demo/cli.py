@@ -2,21 +2,46 @@
 import argparse
 import contextlib
 import os
+import re
 import signal
 import sys
 import time
+from typing import Callable, NamedTuple
 
 import rospy
 
 from course_demo import course, course_markers, course_navigation, course_next, course_sensors
 from course_demo.harness import DemoError, DemoHarness
+from plain_support import course as course_steps
 from plain_support.processes import INTERRUPTED
 
-STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS,
-         *course_navigation.STEPS)
+TURTLE_PLAYS = {play.__name__: play for module in (course, course_next) for play in module.PLAYS}
+ROBOT_PLAYS = {play.__name__: play for module in (course_markers, course_sensors, course_navigation)
+               for play in module.PLAYS}
 STEP_LIMIT = 600  # [s] for one step, which takes 5 to 20; at a load of 60 on 2 cores, 10 took 340 together
 STEP_ERRORS = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
+
+
+class Step(NamedTuple):
+    """What the demo plays of a step of the course: the entry ``demo`` of its step.yaml, with the function that plays it.
+
+    ``turtle``: it moves a turtle, which is reset before and shown in a picture afterwards; the others save pictures
+    with ``DemoHarness.keep``.
+    """
+
+    number: str
+    title: str
+    asked: str
+    typed: str
+    play: Callable
+    turtle: bool
+
+
+def steps():
+    """Return the Steps of the course, in its order."""
+    return [Step(step.number, one.title, one.asks, one.types, {**TURTLE_PLAYS, **ROBOT_PLAYS}[one.plays],
+                 one.plays in TURTLE_PLAYS) for step in course_steps.steps(course_steps.installed()) for one in step.demo]
 
 
 class OutOfTimeError(Exception):
@@ -46,7 +71,7 @@ class Report:
 
     def step(self, step):
         """Print the next step."""
-        self.line(f'\n{step.number:3d}. {step.title}: {step.asked}')
+        self.line(f'\n{step.number:>3}. {step.title}: {step.asked}')
         self.line(f'      $ {step.typed}')
 
     def outcome(self, measurements, pose, pictures):
@@ -106,7 +131,7 @@ def play_all(steps, output, report):
 
 def is_selected(step, word):
     """Return whether a word of the command line is the number of a step or part of its title."""
-    return word == str(step.number) if word.isdigit() else word.lower() in step.title.lower()
+    return word == step.number if re.fullmatch(r'\d+[a-z]?', word) else word.lower() in step.title.lower()
 
 
 def main():
@@ -126,21 +151,22 @@ def _main(out):
     parser.add_argument('words', nargs='*', metavar='WORD', help='do only the steps with this number in the course, '
                         'or with this word in their title')
     arguments = parser.parse_args(rospy.myargv()[1:])
-    steps = [step for step in STEPS if not arguments.words or any(is_selected(step, word) for word in arguments.words)]
-    if not steps:
+    known = steps()
+    chosen = [step for step in known if not arguments.words or any(is_selected(step, word) for word in arguments.words)]
+    if not chosen:
         parser.error('no step has such a number, nor such a word in its title; the steps are: '
-                     + ', '.join(f'{step.number} {step.title}' for step in STEPS))
+                     + ', '.join(f'{step.number} {step.title}' for step in known))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     report, began, output = Report(out), time.monotonic(), os.path.abspath(arguments.output)
     report.line('The course without a display: the nodes of this package do every step, and the demo measures what\n'
                 'the turtle or the robot does.')
     try:
-        failed = play_all(steps, output, report)
+        failed = play_all(chosen, output, report)
     except KeyboardInterrupt:
         report.line('\nInterrupted; all processes have ended.')
         sys.exit(INTERRUPTED)
     report.line()
-    report.verdict(not failed, f'{len(steps) - len(failed)} of {len(steps)} steps passed, in '
+    report.verdict(not failed, f'{len(chosen) - len(failed)} of {len(chosen)} steps passed, in '
                                f'{time.monotonic() - began:.0f} s', indent=0)
     if failed:
         report.line(f'  Failed: {", ".join(failed)}. Output of the nodes: {os.path.relpath(output)}/log')

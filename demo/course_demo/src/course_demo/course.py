@@ -7,7 +7,7 @@ import contextlib
 import math
 import re
 import time
-from typing import Callable, NamedTuple
+from typing import NamedTuple
 
 import rosservice
 from geometry_msgs.msg import Twist
@@ -182,38 +182,5 @@ def black_tour(harness):
                         on_path == {BLACK})]
 
 
-class Step(NamedTuple):
-    """A step of the course: its number there, its title, its task, its command, and the function that plays it.
-
-    ``turtle``: the step moves a turtle, which is reset before and shown in a picture afterwards; other steps save
-    pictures with ``DemoHarness.keep``.
-    """
-
-    number: int
-    title: str
-    asked: str
-    typed: str
-    play: Callable
-    turtle: bool = True
-
-
-STEPS = (
-    Step(1, 'First publisher', 'Publish a Twist of 0.5 m/s and 0.2 rad/s on /turtle1/cmd_vel at 10 Hz',
-         'rosrun turtle_robotont velocity_publisher.py', first_publisher),
-    Step(2, 'First subscriber', 'Print the poses of /turtle1/pose',
-         'rosrun turtle_robotont pose_subscriber.py', pose_subscriber),
-    Step(3, 'Stop at x', 'Drive at 1 m/s and stop at x = 10',
-         'rosrun turtle_robotont stop_at_x.py', stop_at_x),
-    Step(4, 'Square by topics', 'Draw a square with side 2 m, using only /turtle1/pose and /turtle1/cmd_vel',
-         'rosrun turtle_robotont drive_shape.py', square_by_topics),
-    Step(4, 'Triangle by topics', 'Draw a triangle with side 1.5 m in the same way, at 3 m/s',
-         'rosrun turtle_robotont drive_shape.py _shape:=triangle _size:=1.5 _speed:=3', triangle_by_topics),
-    Step(5, 'Services and pen', 'List the nine services of turtlesim; call set_pen for a blue path of 5 px',
-         'rosservice list; rosrun turtle_robotont set_pen.py _b:=255 _width:=5', services_and_pen),
-    Step(5, 'Square by service', 'Move the turtle to four positions with rosservice call',
-         'rosservice call /turtle1/teleport_absolute 8 5.544445 0 ...', square_by_service),
-    Step(6, 'gotoPose', 'Offer the service /turtle1/gotoPose and call it with 1.5 2.5 3.14',
-         'rosservice call /turtle1/gotoPose 1.5 2.5 3.14', goto_pose),
-    Step(7, 'Black tour', 'Let a node move the turtle to four positions, with a black path',
-         'rosrun turtle_robotont teleport_tour.py', black_tour),
-)
+PLAYS = (first_publisher, pose_subscriber, stop_at_x, square_by_topics, triangle_by_topics, services_and_pen,
+         square_by_service, goto_pose, black_tour)

@@ -22,7 +22,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from course_demo.core import track_metrics
-from course_demo.course import Measurement, Step, at_most, near
+from course_demo.course import Measurement, at_most, near
 from course_demo.harness import DemoError, Recorder
 from kinematic_core.worlds import overhead, world_format
 from marker_pictures.marker_sequence import FRAMES, MARKERS
@@ -186,10 +186,4 @@ def sheet(pictures):
     return np.vstack([np.hstack(small[begin:begin + across]) for begin in range(0, len(small), across)])
 
 
-STEPS = (
-    Step(8, 'AR markers', 'Print the ids and positions of the AR markers that the camera sees',
-         'roslaunch turtle_robotont ar_control.launch', ar_markers, turtle=False),
-    Step(11, 'AR maze', 'Find the markers 1 to 5 of the minimaze with camera and tracker',
-         f'roslaunch robotont_gazebo world_minimaze_ar.launch rate:={MAZE_RATE:g}; '
-         'roslaunch turtle_robotont ar_maze.launch sim:=false', maze, turtle=False),
-)
+PLAYS = ar_markers, maze

@@ -12,7 +12,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry
 from std_msgs.msg import String
 
-from course_demo.course import Measurement, Step, at_most
+from course_demo.course import Measurement, at_most
 from course_demo.course_markers import START_TIMEOUT, map_of, world_plan
 from course_demo.harness import DemoError, Recorder
 from kinematic_core.worlds.floor_plan import corners
@@ -84,9 +84,4 @@ def _picture(grid):
                         cv2.COLOR_GRAY2BGR)
 
 
-STEPS = (
-    Step(27, 'Map and goals', 'Make a map of the maze, and drive to goals on it by move_base',
-         f'roslaunch robotont_gazebo world_minimaze.launch model:=robotont_gazebo_lidar rate:={RATE:g}; '
-         'roslaunch robotont_demos gmapping.launch; roslaunch robotont_navigation move_base.launch', map_and_goals,
-         turtle=False),
-)
+PLAYS = map_and_goals

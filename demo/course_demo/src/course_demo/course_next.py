@@ -14,7 +14,7 @@ from turtle_actionlib.msg import ShapeAction, ShapeGoal
 from turtlesim.msg import Pose
 
 from course_demo.core import track_metrics
-from course_demo.course import Measurement, Step, at_most, near
+from course_demo.course import Measurement, at_most, near
 from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError, Recorder
 
 BACKGROUND = (40, 90, 60)
@@ -184,18 +184,4 @@ def _publish(publisher, linear, angular, seconds):
     publisher.publish(Twist())
 
 
-STEPS = (
-    Step(13, 'Spawn and Trigger', 'Spawn turtle2 by service, and start turtle1 by a service without arguments',
-         'rosservice call /spawn 2 2 0 turtle2; rosservice call /turtle_command', services),
-    Step(14, 'Parameters', 'Set the three parameters of the background, and clear it',
-         'rosparam set /turtlesim/background_r 40; ...; rosservice call /clear', parameters),
-    Step(15, 'Launch file', 'Start one program twice, with parameters and another topic, and set the background',
-         f'roslaunch two_turtles.launch red:={RED}', launch_file),
-    Step(17, 'Follower', 'Spawn turtle2, and let it follow turtle1 by tf',
-         'rosrun turtle_tf2 turtle_tf2_broadcaster.py _turtle:=turtle1; ...; rosrun turtle_tf2 turtle_tf2_listener.py',
-         follower),
-    Step(18, 'Action', 'Send a goal to an action server: a triangle',
-         'rosrun turtle_actionlib shape_server', shape_action),
-    Step(19, 'Record and play', 'Record the commands of a drive, and play them back',
-         'rosbag record -O drive.bag /turtle1/cmd_vel; rosbag play --wait-for-subscribers drive.bag', record_and_play),
-)
+PLAYS = services, parameters, launch_file, follower, shape_action, record_and_play

@@ -1,6 +1,6 @@
 """The steps of the demo in which a robot drives by its sensors: distances of its depth camera, and a marker.
 
-Each controller is the one that docs/course_next.md prints.
+Each controller is the one that the page of its step prints.
 
 Threads: rospy calls the recorders' callbacks in its own threads; they only append, and publish a velocity.
 """
@@ -8,7 +8,6 @@ import math
 import os
 import statistics
 
-import rospkg
 import rospy
 import yaml
 from ar_track_alvar_msgs.msg import AlvarMarkers
@@ -18,11 +17,12 @@ from robotont_laserscan_to_distance.msg import LaserScanSplit
 from std_msgs.msg import String
 
 from course_demo.core import track_metrics
-from course_demo.course import Measurement, Step, at_most, near
+from course_demo.course import Measurement, at_most, near
 from course_demo.course_markers import POSE_RATE, START_TIMEOUT, map_of, world_plan
 from course_demo.harness import Recorder
 from course_demo.plots import over_time
 from kinematic_core.worlds.frames import CAMERA_X
+from plain_support import course
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] tolerance of the goal
@@ -139,7 +139,7 @@ def p_controller(harness):
 
 
 def between_posts(harness):
-    exercise = os.path.join(rospkg.RosPack().get_path('course_grader'), 'exercises', 'between_posts.yaml')
+    exercise = course.exercises(course.installed())['between_posts']
     path = os.path.join(harness.output, 'posts.yaml')
     with open(exercise, encoding='utf-8') as file, open(path, 'w', encoding='utf-8') as copy:
         yaml.safe_dump(yaml.safe_load(file)['world'], copy)
@@ -187,18 +187,4 @@ def moved_marker(harness):
             near('the marker is ahead, at an angle of', bearing, 0.0, AIMED, 'rad')]
 
 
-STEPS = (
-    Step(20, 'Bang-bang', 'Hold the robot 0.5 m in front of a box: forward while it is farther, otherwise backward',
-         f'roslaunch robotont_gazebo world_bangbang.launch rate:={RATE:g}; '
-         'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', bang_bang, turtle=False),
-    Step(21, 'P controller', 'Bring the robot to rest 0.5 m in front of a box, by its depth camera',
-         f'roslaunch robotont_gazebo world_bangbang.launch rate:={RATE:g}; '
-         'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', p_controller, turtle=False),
-    Step(22, 'Between posts', 'Drive through two gates, to the side that is farther away',
-         f'roslaunch robotont_gazebo gazebo.launch world:=posts.yaml rate:={RATE:g}; '
-         'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', between_posts, turtle=False),
-    Step(23, 'Follow a marker', 'Keep the distance of a marker that moves, and keep it in the centre',
-         f'roslaunch robotont_gazebo gazebo.launch world:=ar rate:={RATE:g}; '
-         'roslaunch turtle_robotont camera_ar_track.launch source:=simulator marker_size:=9', moved_marker,
-         turtle=False),
-)
+PLAYS = bang_bang, p_controller, between_posts, moved_marker

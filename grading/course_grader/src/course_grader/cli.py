@@ -16,14 +16,14 @@ import textwrap
 
 import rospkg
 
-from course_grader import live_report, usage
+from course_grader import live_report, sheet, usage
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels, sourced, view
 from course_grader.rules import exercise, new_exercise, reference, scoring
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
-from plain_support import create_whole, processes, write_whole
+from plain_support import course, create_whole, processes, write_whole
 
 GTEST_OUTPUT = '--gtest_output=xml:'
 SHEET_WIDTH = 80  # columns
@@ -103,10 +103,8 @@ def _report(options, chosen, decided):
 
 
 def exercises():
-    """Return {name: path} of the exercises that come with the package."""
-    folder = os.path.join(rospkg.RosPack().get_path('course_grader'), 'exercises')
-    return {entry[:-len('.yaml')]: os.path.join(folder, entry) for entry in sorted(os.listdir(folder))
-            if entry.endswith('.yaml')}
+    """Return {name: path} of the exercises of the course, in the order of its steps."""
+    return {name: str(path) for name, path in course.exercises(course.installed()).items()}
 
 
 def load(path, student=''):
@@ -119,12 +117,19 @@ def load(path, student=''):
 
 
 def _sheet(arguments):
-    """Print the tasks of a student; return the exit code."""
-    parser = argparse.ArgumentParser(prog='./run grade --sheet', description='Prints the tasks of a student, with the '
-                                     'values that the exercise files draw for that name (vary).')
-    parser.add_argument('student', help='the name, as that of the folder that is handed in')
-    parser.add_argument('exercises', nargs='+', metavar='EXERCISE', help='name of an exercise, or path of a YAML file')
+    """Print the exercise sheet of the course, or the tasks of a student; return the exit code."""
+    parser = argparse.ArgumentParser(prog='./run grade --sheet', description='Prints the exercises of the course as '
+                                     'Markdown, or the tasks of a student, with the values that the exercise files '
+                                     'draw for that name (vary).')
+    parser.add_argument('student', nargs='?', help='the name, as that of the folder that is handed in')
+    parser.add_argument('exercises', nargs='*', metavar='EXERCISE', help='name of an exercise, or path of a YAML file')
     options = parser.parse_args(arguments)
+    if options.student is None:
+        steps = course.steps(course.installed())
+        say(sheet.markdown(steps, {path: exercise.load(path) for step in steps for path in course.exercises_of(step.folder)}))
+        return exit_codes.OF_OUTCOME[scoring.PASSED]
+    if not options.exercises:
+        parser.error('the exercises are missing, such as: ./run grade --sheet "Anna Berg" stop_at_x')
     try:
         tasks = [load(_find(name), options.student) for name in options.exercises]
     except (exercise.ExerciseError, OSError) as error:

@@ -14,11 +14,12 @@ import keyword
 import re
 import tokenize
 from pathlib import Path
-from typing import Dict, FrozenSet, List, Mapping, NamedTuple, Sequence, Tuple
+from typing import Dict, FrozenSet, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.classes.submissions import Submission
 from course_grader.formats import harmless
-from course_grader.isolation import student_files, view
+from course_grader.isolation import student_files
+from plain_support import course
 
 RUN = 10  # tokens
 LEAST = 0.8  # share from which a pair is reported: of 889 pairs of programs by five authors two have more, and one of
@@ -29,7 +30,7 @@ SKIPPED = tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, to
 LAYOUT = {tokenize.INDENT: '{', tokenize.DEDENT: '}'}
 COLUMNS = 80  # of each of two texts beside each other
 MAX_LINES, MAX_LINE = 1000, 1000  # lines, and characters of one, that are shown beside each other
-SOLUTIONS, SOLUTION = Path(view.REPOSITORY, 'test', 'data', 'submissions'), 'solution '  # what precedes their names
+SOLUTION = 'solution '  # what precedes the names of those of this repository
 Runs = FrozenSet[int]
 
 
@@ -112,8 +113,18 @@ def of_class(found: Sequence[Submission]) -> List[Pair]:
     programs: Dict[str, Dict[str, str]] = collections.defaultdict(dict)
     for submission in found:
         programs[submission.exercise][submission.student] = _text(submission.program)
+    known = course.exercises(course.installed())
     return [pair for exercise, own in programs.items() for pair in pairs(exercise, own, {
-        f'{SOLUTION}{path.name}': _text(str(path)) for path in sorted(SOLUTIONS.glob(f'{exercise}/right_*.py'))})]
+        f'{SOLUTION}{path.name}': _text(str(path)) for path in _solutions(known.get(exercise))})]
+
+
+def _solutions(exercise: Optional[Path]) -> List[Path]:
+    """Return the right programs for the exercise in a file."""
+    if exercise is None:
+        return []
+    printed = course.printed_answer(exercise)
+    found = [*([printed] if printed else []), *course.samples(exercise)]
+    return [path for path in found if path.suffix == '.py' and not path.name.startswith('wrong_')]
 
 
 def _text(path: str) -> str:

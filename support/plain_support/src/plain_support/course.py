@@ -1,0 +1,93 @@
+"""The steps of the course: folders ``NN_NAME`` with a page, programs, exercises, samples, and what step.yaml says.
+
+    README.md      the page of the step
+    *.py *.launch  the programs that the page prints; one with the name of an exercise is a right answer to it
+    NAME.yaml      an exercise
+    samples/NAME/  programs right_* and wrong_* for it
+    step.yaml      see Step
+
+Folders below ``more`` hold exercises that belong to no step.
+"""
+import pathlib
+import re
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+from plain_support import documents
+
+STEP_FILE = 'step.yaml'
+MORE = 'more'
+FOLDER = re.compile(r'(\d\d)([a-z]?)_\w+')
+
+
+class Demo(NamedTuple):
+    """What ``./run demo`` plays: its title, what it is about, the command that it stands for, and who plays it."""
+
+    title: str
+    asks: str
+    types: str
+    plays: str
+
+
+class Step(NamedTuple):
+    """A step of the course. ``number``: as on its page, such as 3 or 3b; all else but the folder is in step.yaml.
+
+    ``minutes``: how long a beginner takes; ``new``: the ideas that its program brings; ``needs``: what has to run;
+    ``panels``: those of the page that show what happens.
+    """
+
+    number: str
+    folder: pathlib.Path
+    title: str
+    minutes: int
+    new: Tuple[str, ...]
+    needs: str
+    panels: Tuple[str, ...]
+    demo: Tuple[Demo, ...]
+
+    @property
+    def page(self) -> pathlib.Path:
+        return self.folder / 'README.md'
+
+
+def installed() -> pathlib.Path:
+    """Return the folder of the course: that of the package turtle_robotont. Raise rospkg.ResourceNotFound."""
+    import rospkg  # pip installs this package without it
+    return pathlib.Path(rospkg.RosPack().get_path('turtle_robotont'), 'course')
+
+
+def steps(course: pathlib.Path) -> List[Step]:
+    """Return the steps in a folder, in their order. Raise OSError, DocumentError, or TypeError for a wrong key."""
+    found = []
+    for folder in sorted(course.iterdir()):
+        match = FOLDER.fullmatch(folder.name)
+        if match and (folder / STEP_FILE).is_file():
+            says: Dict[str, Any] = documents.read_yaml(folder / STEP_FILE)
+            lists = {key: tuple(says.pop(key, ())) for key in ('new', 'panels')}
+            demo = tuple(Demo(**one) for one in says.pop('demo', ()))
+            found.append(Step(number=f'{int(match.group(1))}{match.group(2)}', folder=folder, demo=demo, **lists, **says))
+    return found
+
+
+def exercises_of(folder: pathlib.Path) -> List[pathlib.Path]:
+    """Return the files of the exercises of a step, or of a folder below ``more``; the one with its name first."""
+    files = [path for path in folder.glob('*.yaml') if path.name != STEP_FILE]
+    return sorted(files, key=lambda path: (not folder.name.endswith(path.stem), path.name))
+
+
+def exercises(course: pathlib.Path) -> Dict[str, pathlib.Path]:
+    """Return {name: file} of all exercises, in the order of the steps."""
+    more = course / MORE
+    folders = [*sorted(path for path in course.iterdir() if FOLDER.fullmatch(path.name)),
+               *(sorted(more.iterdir()) if more.is_dir() else [])]
+    return {path.stem: path for folder in folders if folder.is_dir() for path in exercises_of(folder)}
+
+
+def printed_answer(exercise: pathlib.Path) -> Optional[pathlib.Path]:
+    """Return the program that the page of a step prints, if it is an answer to the exercise in this file."""
+    return next((path for path in (exercise.with_suffix('.py'), exercise.with_suffix('.launch')) if path.is_file()), None)
+
+
+def samples(exercise: pathlib.Path) -> List[pathlib.Path]:
+    """Return the sample programs right_* and wrong_* for the exercise in this file."""
+    return sorted(path for path in (exercise.parent / 'samples' / exercise.stem).glob('*_*')
+                  if path.name.startswith(('right_', 'wrong_')))
