@@ -5,13 +5,15 @@ import pytest
 
 from collection import ros
 from collection.kinds import REPOSITORY
+from plain_support import course
 
 CHECK = REPOSITORY / 'test' / 'pages' / 'check_page.py'
-PAGES = 'docs/course_next.md', 'docs/course.md', 'docs/course_markers.md', 'README.md'
+STEPS = [step.page.relative_to(REPOSITORY).as_posix() for step in course.steps(REPOSITORY / 'course')]
+IN_A_BROWSER = [name for name in STEPS if name.split('/')[1] < '12']  # a day's course, in one tab
 
 
 @pytest.mark.release
-@pytest.mark.parametrize('page', PAGES)
+@pytest.mark.parametrize('page', ['README.md', *STEPS])
 def test_page(page, run_case, case_folder):
     needs_workspace()
     run_case(sys.executable, CHECK, page, case_folder)
@@ -19,13 +21,13 @@ def test_page(page, run_case, case_folder):
 
 @pytest.mark.release
 @pytest.mark.timeout(1800)  # the terminals and the picture of a browser are slower, too
-@pytest.mark.parametrize('page', ['docs/course.md'], ids='browser/{}'.format)
-def test_page_in_one_tab_of_a_browser(page, run_case, case_folder):
+@pytest.mark.parametrize('pages', [IN_A_BROWSER], ids=['browser/course'])
+def test_pages_in_one_tab_of_a_browser(pages, run_case, case_folder):
     needs_workspace()
     from rostest_support import browser
     if browser.MISSING:
         pytest.skip(browser.MISSING)
-    run_case(sys.executable, CHECK, page, case_folder, '--browser')
+    run_case(sys.executable, CHECK, *pages, case_folder, '--browser')
 
 
 def needs_workspace():

@@ -1,6 +1,6 @@
 """Follow a page of the documentation as a reader would, and check that the results are those on the page.
 
-usage: check_page.py PAGE FOLDER [--browser]     such as docs/course.md; FOLDER takes what the terminals showed
+usage: check_page.py PAGE [PAGE ...] FOLDER [--browser]     such as README.md; FOLDER takes what the terminals showed
 
 Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell in
 the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that
@@ -8,6 +8,10 @@ the home folder, which is empty and where they stay. Everything runs in a networ
 not typed. With --browser, all is done in one tab of a browser: the terminals and the editor are those of ./run view
 --terminal, and its page has to show what would be in windows; a screenshot follows each output. page.py tells how a
 page is written. Exit code 0 when all is as the page says, else a text says which line is not.
+
+Pages of the course are followed as by somebody who has done the steps before: the package topic_demo is there, with the
+programs that the earlier pages print. Several pages are followed one after the other in the same terminals; what a page
+wants to run, and what runs already, is not typed again.
 """
 import os
 import re
@@ -21,9 +25,11 @@ from pathlib import Path
 import cv2
 import page
 import pictures
+from plain_support import course
 from terminal import Terminal, TerminalError
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+COURSE = REPOSITORY / 'course'
 LEFT_OUT = re.compile(r'git clone |cd turtle_robotont$|\./run test\b')
 LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot')  # may be typed again: changes nothing
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
@@ -76,13 +82,13 @@ class Desk:
 
 
 class Reader:
-    """A reader who follows a page in ``folder`` at a Desk, in a ``home``; ``terminals`` {number: Terminal}.
+    """A reader who follows pages at a Desk, in a ``home``; ``terminals`` {number: Terminal}.
 
-    ``shown``: the lines of all output on the page, without their numbers.
+    ``shown``: the lines of all output on the pages, without their numbers.
     """
 
-    def __init__(self, folder, home, desk, shown):
-        self.terminals, self._folder, self._commands, self._last = {}, folder, {}, None
+    def __init__(self, home, desk, shown):
+        self.terminals, self.folder, self._commands, self._last = {}, None, {}, None
         self._home, self._desk, self._shown = home, desk, shown
         self._ways = {page.Command: self._type, page.Keys: self._press, page.Output: self._expect,
                       page.File: self._write, page.Picture: self._compare}
@@ -118,7 +124,8 @@ class Reader:
         return terminal
 
     def _type(self, command):
-        if not LEFT_OUT.match(command.text):
+        runs = self._commands.get(command.terminal) == command.text and not self.terminals[command.terminal].free()
+        if not LEFT_OUT.match(command.text) and not runs:
             self._turn_to(command.terminal).type(command.text, SILENCE)
             self._commands[command.terminal] = command.text
 
@@ -164,7 +171,7 @@ class Reader:
     def _compare(self, picture):
         saved, end = self._saved(), time.monotonic() + LOOKING
         while saved:
-            drawn = self._folder / picture.path
+            drawn = self.folder / picture.path
             if not drawn.exists():
                 shutil.move(saved, drawn)
                 raise WrongError(f'there was no {picture.path}; now there is what was saved: look at it')
@@ -198,8 +205,33 @@ def _without_numbers(line):
     return page.NUMBER.sub('', line.rstrip()).replace('^C', '')
 
 
-def follow(path, workspace, folder, in_browser):
-    """Follow the page ``path``; return the differences from it."""
+def pages_before(path):
+    """Return the folders of the steps of the course before the page ``path``; none for another page, and for step 1."""
+    steps = [step.folder for step in course.steps(COURSE)]
+    return steps[:steps.index(path.parent)] if path.parent in steps else []
+
+
+def prepare(before, home, desk):
+    """Make what a reader has after the steps in the folders ``before``: a workspace, and the programs of these steps."""
+    text = (before[1] / 'README.md').read_text(encoding='utf-8')
+    block = next(block for block in page.BLOCK.findall(text) if 'catkin_create_pkg' in block[1])
+    terminal = desk.terminal(home, True)
+    for command in page.commands(block[1]):
+        terminal.type(command.text, SILENCE)
+    terminal.wait_free(SILENCE)
+    terminal.close(CLOSING)
+    package = home / 'ros_ws' / 'src' / 'topic_demo'
+    for folder in before:
+        for kind, place in (('.py', 'scripts'), ('.launch', 'launch')):
+            for program in folder.glob(f'*{kind}'):
+                (package / place).mkdir(exist_ok=True)
+                copied = package / place / program.name
+                copied.write_text(course.printed(program.read_text(encoding='utf-8')), encoding='utf-8')
+                copied.chmod(0o755)
+
+
+def follow(paths, workspace, folder, in_browser):
+    """Follow pages; return the differences from them."""
     home = Path(tempfile.mkdtemp(prefix='page_'))
     environment = {'LANG': 'C.UTF-8', **{name: os.environ[name] for name in KEPT if name in os.environ},
                    'HOME': str(home), 'TURTLE_ROBOTONT_WS': str(workspace)}
@@ -208,12 +240,16 @@ def follow(path, workspace, folder, in_browser):
         desk = Lab(REPOSITORY, home, environment, folder)
     else:
         desk = Desk(environment)
-    actions = list(page.actions(path.read_text(encoding='utf-8')))
-    shown = {_without_numbers(line) for action in actions if isinstance(action, page.Output) for line in action.lines}
-    reader, wrong = Reader(path.parent, home, desk, shown), []
+    actions = [(path, action) for path in paths for action in page.actions(path.read_text(encoding='utf-8'))]
+    shown = {_without_numbers(line) for _, action in actions if isinstance(action, page.Output) for line in action.lines}
+    reader, wrong, action = Reader(home, desk, shown), [], 'the start'
     try:
-        for action in actions:
+        before = pages_before(paths[0])
+        if len(before) > 1:
+            prepare(before, home, desk)
+        for path, action in actions:
             print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
+            reader.folder = path.parent
             reader.do(action)
         wrong += [f'the page of the browser was not looked at: {what}' for what in desk.unseen()]
     except (WrongError, TerminalError) as error:
@@ -242,13 +278,13 @@ def main(arguments):
     """Follow a page; return the exit code."""
     in_browser = '--browser' in arguments
     arguments = [argument for argument in arguments if argument != '--browser']
-    if len(arguments) != 2:
+    if len(arguments) < 2:
         print(__doc__, file=sys.stderr)
         return 2
     enter_own_network()
-    folder = Path(arguments[1])
+    folder = Path(arguments.pop())
     folder.mkdir(parents=True, exist_ok=True)
-    wrong = follow((REPOSITORY / arguments[0]).resolve(), os.environ['ws'], folder, in_browser)
+    wrong = follow([(REPOSITORY / name).resolve() for name in arguments], os.environ['ws'], folder, in_browser)
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

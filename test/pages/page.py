@@ -8,7 +8,7 @@ The page stays plain Markdown, and nothing in it is hidden from the reader:
   `...` stands for anything. The other lines must come in this order; others may stand between them. Whole numbers
   must be equal, decimal ones within TOLERANCE or RELATIVE_TOLERANCE; the time stamps of log lines do not count.
 * A ```python, ```xml or ```yaml block is a file if the paragraph above it says "as `NAME.py`"; `~/` is the home folder.
-  A comment `<!-- file: PATH -->` above a block says that it is the file PATH of the repository (test_course_programs.py
+  A comment `<!-- file: PATH -->` above a block says that it is the file PATH, seen from the page (test_course.py
   compares both). Such a block needs a name, or in the paragraph above it a link to PATH: then it is only shown. Other
   blocks of these languages are parts of a file, to be explained.
 * "In terminal 2 press" and <kbd>keys</kbd>: they are pressed there, in their order.
@@ -112,7 +112,7 @@ def key_bytes(markup):
 
 def _of_block(language, body, paragraph, last):
     if language == 'bash':
-        return list(_commands(body))
+        return list(commands(body))
     if language == 'text':
         named = re.findall(r'terminal (\d+)', paragraph, re.IGNORECASE)
         terminal = int(named[-1]) if named else last
@@ -128,12 +128,13 @@ def _of_file(language, body, prose, last):
     if name:
         return [File(last, name.group(1), body)]
     marked = FILE_COMMENT.search(prose)
-    if marked and f'](../{marked.group(1)})' not in paragraph:
+    if marked and f']({marked.group(1)})' not in paragraph:
         raise PageError(f'the paragraph above a program does not say "as `NAME.py`", nor link it: {paragraph}')
     return []
 
 
-def _commands(body):
+def commands(body):
+    """Yield the Commands of a block."""
     lines = body.replace('\\\n', '').splitlines()
     numbered = any(re.search(r'#\s*terminal \d', line) for line in lines)
     terminal = None if numbered else REPOSITORY_TERMINAL

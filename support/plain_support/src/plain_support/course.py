@@ -7,14 +7,19 @@
     step.yaml      see Step
 
 Folders below ``more`` hold exercises that belong to no step.
+
+In a program, the lines ``# solution`` and ``# end of solution`` enclose what an exercise asks for. The page prints the
+program without these two lines; a copy for students has ``# your code`` in the place of all of it.
 """
 import pathlib
 import re
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 from plain_support import documents
 
 STEP_FILE = 'step.yaml'
+BEGIN, END = re.compile(r'\s*(?:#|<!--) solution(?: -->)?'), re.compile(r'\s*(?:#|<!--) end of solution(?: -->)?')
+YOUR_CODE = {'#': '# your code', '<': '<!-- your code -->'}
 MORE = 'more'
 FOLDER = re.compile(r'(\d\d)([a-z]?)_\w+')
 
@@ -91,3 +96,38 @@ def samples(exercise: pathlib.Path) -> List[pathlib.Path]:
     """Return the sample programs right_* and wrong_* for the exercise in this file."""
     return sorted(path for path in (exercise.parent / 'samples' / exercise.stem).glob('*_*')
                   if path.name.startswith(('right_', 'wrong_')))
+
+
+def printed(program: str) -> str:
+    """Return a program as its page prints it."""
+    return ''.join(line for line in program.splitlines(True) if not _is(BEGIN, line) and not _is(END, line))
+
+
+def solution_lines(program: str) -> List[str]:
+    """Return the lines of a program that belong to its solution."""
+    return [line for inside, line in _lines(program) if inside and not _is(BEGIN, line) and not _is(END, line)]
+
+
+def without_solution(program: str) -> str:
+    """Return a program with ``# your code`` in the place of each solution."""
+    kept = []
+    for inside, line in _lines(program):
+        if _is(BEGIN, line):
+            sign = line.lstrip()[0]
+            kept.append(f'{line[:line.index(sign)]}{YOUR_CODE[sign]}\n')
+        elif not inside:
+            kept.append(line)
+    return ''.join(kept)
+
+
+def _is(mark: 're.Pattern[str]', line: str) -> bool:
+    return mark.fullmatch(line.rstrip()) is not None
+
+
+def _lines(program: str) -> Iterator[Tuple[bool, str]]:
+    """Yield (whether it is in a solution, line); the lines that enclose a solution are in it."""
+    inside = False
+    for line in program.splitlines(True):
+        inside = inside or _is(BEGIN, line)
+        yield inside, line
+        inside = inside and not _is(END, line)
