@@ -1,6 +1,6 @@
 """Grade the sample submissions of an exercise; check verdicts, reasons, and that nothing is left behind.
 
-usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at_x
+usage: check_grading.py SAMPLES FOLDER     such as course/03_stop_at_x/samples/stop_at_x
        check_grading.py some_exercises FOLDER
        check_grading.py course_nodes FOLDER
        check_grading.py same_ten_times FOLDER
@@ -8,9 +8,9 @@ usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at
 
 some_exercises grades, as one class, one sample of each exercise in SOME, which a change could break in different ways.
 
-A sample `right_*` has to pass, and holds nothing but the program, since pages of the course print it. The first two
-lines of another one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or
-`# expected: passed`. They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
+A sample `right_*` has to pass, and so has the answer that the page of the course prints. The first two lines of another
+one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or `# expected: passed`.
+They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
 which an isolated program does not see, by the commands in test/data/course_nodes. same_ten_times grades one submission
 ten times, four at once, and wants ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be,
 else a text says what is not.
@@ -31,10 +31,11 @@ import check_red_team
 from collection.rostests import CHANGE
 from course_grader.classes import submissions
 from course_grader.rules import exercise as exercises
-from plain_support import processes
+from plain_support import course, processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DATA = REPOSITORY / 'test' / 'data'
+EXERCISES = course.exercises(REPOSITORY / 'course')
 SOME = {  # exercise: its sample; no two are graded by the same means, or handed in the same way
     'ar_maze': 'right',  # markers and walls of a robot's world
     'command_server': 'right',  # calls of services
@@ -66,7 +67,7 @@ EXIT_CODES = {'passed': 0, 'failed': 1}
 
 def expectation(path):
     """Return (outcome, part of the reasons) that the name or the head of a sample announces."""
-    if path.name.startswith('right_'):
+    if not path.name.startswith('wrong_'):
         return 'passed', ''
     head = path.read_text(encoding='utf-8').split('\n')[:2]
     found = re.search(r'expected: (passed|failed: (\S.*?))(?: -->)?$', '\n'.join(head), re.MULTILINE)
@@ -95,32 +96,40 @@ def run(arguments, folder):
     return done.returncode, done.stdout.decode('utf-8', 'replace'), left
 
 
+def samples_of(exercise):
+    """Return the printed answer and the samples of an exercise."""
+    return [*filter(None, [course.printed_answer(EXERCISES[exercise])]), *course.samples(EXERCISES[exercise])]
+
+
 def check_samples(path, folder):
     """Return the errors in the gradings of the samples of an exercise."""
     if (path / 'package.xml').exists():
         return check_packages(path, folder)
-    asked = exercises.load(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / f'{path.name}.yaml')
-    _, found, _ = submissions.find_flat(str(path), path.name, lambda _: asked.of_map)
+    asked, flat = exercises.load(EXERCISES[path.name]), folder.with_name(f'{folder.name}_flat')
+    shutil.copytree(path, flat)
+    if course.printed_answer(EXERCISES[path.name]):
+        shutil.copy(course.printed_answer(EXERCISES[path.name]), flat)
+    _, found, _ = submissions.find_flat(str(flat), path.name, lambda _: asked.of_map)
     expected = {(sample.student, path.name): expectation(Path(sample.program)) for sample in found}
-    return check_class([str(path), '--exercise', path.name], expected, folder)
+    return check_class([str(flat), '--exercise', path.name], expected, folder)
 
 
 def check_packages(path, folder):
     """Return the same for launch files of a package, of which each student has a copy, and for programs beside them."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
-    for sample in (*path.glob('*.launch'), *path.glob('*.py')):
-        expected.update(hand_in(sample, students / sample.stem))
+    for sample in samples_of(path.name):
+        expected.update(hand_in(path.name, sample, students / sample.stem))
     return check_class([str(students)], expected, folder)
 
 
-def hand_in(sample, student):
-    """Copy a sample, with the package that it lies in, into the folder of a student; return the expected result."""
+def hand_in(exercise, sample, student):
+    """Copy a sample, and what lies beside samples that are no programs, for a student; return the expected result."""
     student.mkdir(parents=True, exist_ok=True)
-    exercise = sample.parent.name
-    if sample.suffix == '.launch' and (sample.parent / 'package.xml').exists():
-        shutil.copytree(sample.parent, student, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
+    package = EXERCISES[exercise].parent / 'samples' / exercise
+    if sample.suffix != '.py':
+        shutil.copytree(package, student, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
     shutil.copy(sample, student / f'{exercise}{sample.suffix}')
-    for image in sample.parent.glob('*.pgm'):
+    for image in package.glob('*.pgm'):
         shutil.copy(image, student)
     return {(student.name, exercise): expectation(sample)}
 
@@ -129,10 +138,10 @@ def check_some_exercises(folder):
     """Return what is wrong with the gradings of the samples of SOME: of each, the first of its kind."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
     for exercise, kind in SOME.items():
-        path = DATA / 'submissions' / exercise
-        sample = min(file for suffix in ('py', 'launch', 'yaml') for file in path.glob(f'{kind}_*.{suffix}'))
-        is_package = (path / 'package.xml').exists()
-        expected.update(hand_in(sample, students / (f'{kind}_{exercise}' if is_package else kind)))
+        sample = next(path for path in samples_of(exercise) if path.name.startswith('wrong_') is (kind == 'wrong')
+                      and path.suffix in ('.py', '.launch', '.yaml'))
+        is_package = (EXERCISES[exercise].parent / 'samples' / exercise / 'package.xml').exists()
+        expected.update(hand_in(exercise, sample, students / (f'{kind}_{exercise}' if is_package else kind)))
     return check_class([str(students)], expected, folder)
 
 
@@ -212,7 +221,7 @@ def main(arguments):
         names = check_red_team.OF_A_CHANGE if CHANGE in os.environ else check_red_team.QUICK
         return check_red_team.main([name[len(RED_TEAM):], str(folder), *names])
     if name == 'same_ten_times':
-        wrong = check_repeats(DATA / 'submissions' / REPEATED, folder)
+        wrong = check_repeats(EXERCISES['stop_at_x'].parent / 'samples' / REPEATED, folder)
     elif name == 'some_exercises':
         wrong = check_some_exercises(folder)
     elif name == 'course_nodes':

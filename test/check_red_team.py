@@ -28,12 +28,12 @@ import psutil
 
 from course_grader.formats import harmless
 from course_grader.isolation import confinement, levels
-from plain_support import processes
+from plain_support import course, processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = REPOSITORY / 'grading' / 'course_grader'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
-SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
+EXERCISES = course.exercises(REPOSITORY / 'course')
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
 BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
@@ -106,12 +106,12 @@ def make_class(folder, level, programs, honest):
     if not honest:
         return expected
     shutil.copytree(HONEST, folder / 'honest')
-    exercises = {path.stem for path in (GRADER / 'exercises').iterdir()}
-    expected.update({('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises})
+    expected.update({('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in EXERCISES})
     (folder / 'link_to_a_file').mkdir()
     (folder / 'link_to_a_file' / 'stop_at_x.py').symlink_to(folder / 'honest' / 'stop_at_x.py')
     (folder / 'link_to_a_solution').mkdir()
-    (folder / 'link_to_a_solution' / 'stop_at_x.py').symlink_to(SAMPLES / 'stop_at_x' / 'right_if_else.py')
+    (folder / 'link_to_a_solution' / 'stop_at_x.py').symlink_to(
+        EXERCISES['stop_at_x'].parent / 'samples' / 'stop_at_x' / 'right_if_else.py')
     for student in ('link_to_a_file', 'link_to_a_solution'):
         expected[student, 'stop_at_x'] = 'failed', 'is a link to a file of somebody else'
     return expected

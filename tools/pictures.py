@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make the pictures of README.md and docs/images that no page of the course saves, from running simulators.
+"""Make the pictures of README.md and of the course that no page of the course saves, from running simulators.
 
 usage: ./run shell -c "cd $PWD && python3 tools/pictures.py [NAME ...]"
 
@@ -31,7 +31,8 @@ from rospy_support.ports import free_port
 from rostest_support.browser import Browser
 from turtle_robotont.driver import pose_of
 
-IMAGES = pathlib.Path(__file__).resolve().parents[1] / 'docs' / 'images'
+REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+IMAGES, STEPS = REPOSITORY / 'docs' / 'images', REPOSITORY / 'course'
 COURSE = 'turtle_robotont'
 WIDTH, HEIGHT, HEAD = 760, 430, 44  # [px] of the moving picture; its title line
 PAPER, INK, TERMINAL, PRINTED = (250, 252, 252), (52, 44, 40), (46, 38, 34), (225, 228, 214)  # BGR
@@ -40,8 +41,9 @@ FRAME = 120  # [ms] that a frame of the moving picture is shown
 STILL = 1200  # [ms] of the last one of a scene
 QUALITY = 70  # of WebP
 SQUARE = [(-2.5, -0.5), (-1.0, 0.9)]  # [m] the part of the maze in which the robot drives its square
-FROM_DEMO = {'follower': 'follower', 'launch_two_turtles': 'launch_file', 'between_posts': 'between_posts',
-             'follow_marker': 'follow_a_marker'}  # {picture: its name in the demo}
+FROM_DEMO = {'17_follow_turtle/follower': 'follower', '15_launch_two_turtles/launch_two_turtles': 'launch_file',
+             '22_between_posts/between_posts': 'between_posts',
+             '24_keep_centre/follow_marker': 'follow_a_marker'}  # {picture: its name in the demo}
 
 
 def moving_picture(harness):
@@ -103,7 +105,7 @@ def _page_scene(harness):
 
 
 def robot_square(harness):
-    """docs/course.md: the square of the robot in the maze."""
+    """Step 10: the square of the robot in the maze."""
     harness.start('roslaunch', 'robotont_gazebo', 'world_minimaze.launch', 'rate:=3')
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
@@ -117,11 +119,11 @@ def robot_square(harness):
         recorder.end()
     harness.end_nodes()
     rospy.set_param('use_sim_time', False)
-    _save('10_robot_square', cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    _save('10_robot_square/robot_square', cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
 
 
 def from_demo(_):
-    """Both pages of the course: what ./run demo saves."""
+    """The pages of the course: what ./run demo saves."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(['rosrun', 'course_demo', 'demo', '--output', folder, 'marker', 'maze', 'launch', 'follow',
                         'bang', 'controller', 'posts'], check=True)
@@ -130,13 +132,13 @@ def from_demo(_):
             return cv2.imread(*glob.glob(f'{folder}/[0-9]*_{name}.png'))
         for picture, name in FROM_DEMO.items():
             _save(picture, saved(name))
-        _save('p_controller', np.hstack([saved('bang-bang'), saved('p_controller')]))
+        _save('21_p_controller/p_controller', np.hstack([saved('bang-bang'), saved('p_controller')]))
         views = saved('ar_markers')
-        _save('8_ar_markers', _high(views[:views.shape[0] // 2], 300))
+        _save('08_print_marker_ids/ar_markers', _high(views[:views.shape[0] // 2], 300))
         view = saved('ar_maze')[:360, :640]
         seen = np.full((500, 648, 3), 255, np.uint8)
         seen[70:430, 8:] = view
-        _save('11_ar_maze', np.hstack([_high(saved('ar_maze_2')[8:-40, 8:-8], 500), seen]))
+        _save('11_follow_marker/ar_maze', np.hstack([_high(saved('ar_maze_2')[8:-40, 8:-8], 500), seen]))
 
 
 MAKERS = {'moving_picture': moving_picture, 'robot_square': robot_square, 'from_demo': from_demo}
@@ -231,7 +233,7 @@ def _terminal(frame, left, top, width, height, command, output):
 
 
 def _save(name, picture):
-    cv2.imwrite(str(IMAGES / f'{name}.png'), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    cv2.imwrite(str(STEPS / f'{name}.png'), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
     print(f'{name}.png: {picture.shape[1]} x {picture.shape[0]} px')
 
 

@@ -2,8 +2,9 @@
 
 usage: student_copy.py TARGET
 
-What shows how an exercise is solved stays behind: the course's programs and pages, samples, tests, measurements, the
-demo. So does the history of Git. Links of the pages to what is missing become plain text.
+What shows how an exercise is solved stays behind: the programs of this package, samples, tests, measurements, the demo.
+So does the history of Git. In the programs that the course prints, ``# your code`` stands for the lines that an exercise
+asks for, on the pages, too. Links of the pages to what is missing become plain text.
 """
 import pathlib
 import re
@@ -11,6 +12,8 @@ import shutil
 import sys
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(REPOSITORY / 'support' / 'plain_support' / 'src'))
+from plain_support import course  # noqa: E402
 COPIED = (  # files, and folders with all that is in them
     'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
     'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',
@@ -18,11 +21,11 @@ COPIED = (  # files, and folders with all that is in them
     'vision/bench/markers_cli.py',  # ./run markers
     'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
     'scripts/browser.py', 'scripts/grade.py', 'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
-    'docs/browser.md', 'docs/exercise_files.md', 'docs/exercise_sheet.md', 'docs/grading.md',
+    'course', 'docs/browser.md', 'docs/exercise_files.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
 SOLVES = 'navigation/robotont_navigation/scripts/patrol.py',  # of packages that are copied
-LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', '__pycache__', '.*')  # folders in them
+LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\
 # turtle_robotont, without solutions
@@ -30,7 +33,8 @@ README = '''\
 A beginners' course for ROS 1 and Python that runs on a plain Debian. This copy has everything that you need to write
 and grade your programs, and no solutions.
 
-* The [exercise sheet](docs/exercise_sheet.md) has the tasks, and the command that grades each.
+* [The course](course/README.md) has a page for each step. Where a program says `# your code`, you write it. `./run
+  grade --sheet` prints all tasks.
 * `./run shell` opens a terminal with ROS; the first `./run` command installs it. `./run view --turtlesim` shows the
   turtle [in a browser](docs/browser.md).
 * `./run doctor` says what is wrong on your machine. [Messages that you may see](docs/troubleshooting.md),
@@ -40,6 +44,8 @@ Licence: [BSD-3-Clause](LICENSE).
 '''
 LINK = re.compile(r'(?P<line>^)?(?P<picture>!?)\[(?P<text>[^]]*)\]\((?P<path>[^)#\s]+)(#[^)]*)?\)'
                   r'(?(line)(?P<end>\n\n)?)', re.MULTILINE)  # with the end of a paragraph that is nothing else
+EXPLAINED = re.compile(r'^```(python|xml)\n(.*?)^```\n', re.MULTILINE | re.DOTALL)
+MARKED = re.compile(r'<!-- file: \S+ -->\n\Z')
 PROGRAM = re.compile(r'^ *scripts/(\w+\.py)\n', re.MULTILINE)  # of a list in CMakeLists.txt
 
 
@@ -73,8 +79,33 @@ def copy(target):
         there = {path.name for path in folder.glob('scripts/*.py')}
         build.write_text(PROGRAM.sub(lambda match, there=there: match[0] if match[1] in there else '',
                                      build.read_text(encoding='utf-8')), encoding='utf-8')
+    for step in course.steps(REPOSITORY / 'course'):
+        _take_solutions_out(step.folder, target / 'course' / step.folder.name)
     for page in target.rglob('*.md'):
         page.write_text(_without_dead_links(page.read_text(encoding='utf-8'), page.parent), encoding='utf-8')
+
+
+def _take_solutions_out(folder, copied):
+    """Write the programs and the page of a step without the solutions."""
+    text = (folder / 'README.md').read_text(encoding='utf-8')
+    for path in (*folder.glob('*.py'), *folder.glob('*.launch')):
+        program = path.read_text(encoding='utf-8')
+        (copied / path.name).write_text(course.without_solution(program), encoding='utf-8')
+        text = text.replace(course.printed(program), course.without_solution(program))
+        solution = {line for line in course.solution_lines(program) if line.strip()}
+        text = EXPLAINED.sub(lambda block, solution=solution: _without(block, solution), text)
+    (copied / 'README.md').write_text(text, encoding='utf-8')
+
+
+def _without(block, solution):
+    """Return a block that explains a program, with YOUR_CODE in the place of the lines of its solution."""
+    if MARKED.search(block.string[:block.start()]):
+        return block[0]  # the program itself
+    kept = ['' if line in solution else line for line in block[2].splitlines(True)]
+    if all(kept):
+        return block[0]
+    sign = course.YOUR_CODE['<' if block[1] == 'xml' else '#']
+    return f'```{block[1]}\n{"".join(kept).rstrip() or sign}\n```\n'
 
 
 def _without_dead_links(text, folder):

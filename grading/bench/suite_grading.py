@@ -1,6 +1,6 @@
 """The bench of the grader: what grading takes on the wall clock, and whether the same program gets the same verdict.
 
-The programs are the samples of test/data/submissions, among them the patterns of the official tutorials. What is timed
+The programs are the samples of the course, among them the patterns of the official tutorials. What is timed
 follows simulated time; the others take as long as their exercise. No node is needed: a grading brings its own.
 
 `red team LEVEL` grades the hostile programs of test/data/red_team, and prints the table of docs/grading_security.md.
@@ -9,7 +9,6 @@ follows simulated time; the others take as long as their exercise. No node is ne
 import collections
 import json
 import os
-import shutil
 import sys
 import tempfile
 import time
@@ -22,18 +21,19 @@ import psutil
 
 from course_grader.isolation import levels
 from figures import OURS, Figure, Target, median
-from plain_support import processes
+from plain_support import course, processes
 from processes import BenchError, Child, tree_memory
 from session import Measurement
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / 'test'))
 import check_red_team  # noqa: E402
+from check_grading import hand_in  # noqa: E402
 
 NEEDS_NODE = False
 REPOSITORY = Path(__file__).resolve().parents[2]
-SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
+FILES = course.exercises(REPOSITORY / 'course')
 GRADER = 'python3', str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')
-EXERCISES = sorted(path.name for path in SAMPLES.iterdir() if path.is_dir())
+EXERCISES = sorted(name for name, path in FILES.items() if course.samples(path))
 BORDERLINE = 'right_borderline'  # passes with the SEED, and fails with some others
 REAL_TIME = 'right_busy_loop', 'right_wait_for_message', 'right_wall_clock'  # their scores may differ
 SEED = 7
@@ -48,24 +48,16 @@ _folder = partial(tempfile.TemporaryDirectory, prefix='turtle_robotont_bench_')
 
 def right_program(exercise):
     """Return the first right program of an exercise that need not be graded in real time, with any seed."""
-    return min(path for path in _programs(exercise, 'right_*') if path.stem not in (*REAL_TIME, BORDERLINE))
+    printed = course.printed_answer(FILES[exercise])
+    return printed if printed else min(path for path in _programs(exercise, 'right_*') if path.stem not in (*REAL_TIME, BORDERLINE))
 
 
 def _programs(exercise, name, both=False):
     """Return the samples of this name in Python, or, of an exercise without these, other ones; or both."""
-    python, launch, commands, maps = (list((SAMPLES / exercise).glob(f'{name}.{ending}'))
+    python, launch, commands, maps = (list((FILES[exercise].parent / 'samples' / exercise).glob(f'{name}.{ending}'))
                                       for ending in ('py', 'launch', 'cmd', 'yaml'))
     others = launch + commands + maps
     return python + others if both else python or others
-
-
-def hand_in(program, student):
-    """Put a sample into the folder of a student, and what lies beside it if it is not in Python."""
-    if program.suffix != '.py':
-        shutil.copytree(program.parent, student, ignore=shutil.ignore_patterns(f'*{program.suffix}'),
-                        dirs_exist_ok=True)
-    student.mkdir(parents=True, exist_ok=True)
-    shutil.copy(program, student / f'{program.parent.name}{program.suffix}')
 
 
 def grade(arguments, limit, accepted=(0,), environment=os.environ, watch=lambda pid: None):
@@ -100,7 +92,7 @@ def whole_class(_subject, _scale):
     """Grade a class in which every exercise is handed in once: the time of each grading."""
     with _folder() as folder:
         for exercise in EXERCISES:  # a folder for each, because that of the launch file is a package
-            hand_in(right_program(exercise), Path(folder, 'class', exercise))
+            hand_in(exercise, right_program(exercise), Path(folder, 'class', exercise))
         seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS),
                          '--output', str(Path(folder, 'out'))], LIMIT * len(EXERCISES))
     return {'class': [seconds / len(EXERCISES)]}
@@ -116,7 +108,7 @@ def repeats(exercise):
         with _folder() as folder:
             for program in programs:
                 for number in range(times):
-                    hand_in(program, Path(folder, 'class', f'{program.stem}{number:03}'))
+                    hand_in(exercise, program, Path(folder, 'class', f'{program.stem}{number:03}'))
             output, count = Path(folder, 'out'), times * len(programs)
             grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
                    str(output)], LIMIT * count, accepted=(0, 1, 3))
@@ -144,7 +136,7 @@ def many(_subject, times):
             samples.append((time.monotonic(), tree_memory(pid)[0]))
     with _folder() as folder:
         for number in range(10 * times):
-            hand_in(right_program(MANY), Path(folder, 'class', f'student{number:04}'))
+            hand_in(MANY, right_program(MANY), Path(folder, 'class', f'student{number:04}'))
         temporary = Path(folder, 'tmp')
         temporary.mkdir()
         seconds = grade(['--all', str(Path(folder, 'class')), '--jobs', str(CLASS_JOBS), '--output',

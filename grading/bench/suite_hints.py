@@ -1,6 +1,6 @@
 """The bench of the grader's hints: how many mistakes of beginners get the right advice.
 
-The programs of test/data/wrong_programs.yaml are right samples of test/data/submissions with one mistake each; they
+The programs of test/data/wrong_programs.yaml are right samples of the course with one mistake each; they
 were written before any symptom was. Those of unseen_programs.yaml are whole programs in other styles, written from the
 tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
 and counted after that; docs/measurements.md says what was fixed after their count. Those of developed_programs.yaml
@@ -21,7 +21,8 @@ import mutations
 from figures import Figure, Target
 from processes import BenchError
 from session import Measurement
-from suite_grading import BORDERLINE, CLASS_JOBS, LIMIT, REAL_TIME, REPOSITORY, SAMPLES, SEED, grade
+from suite_grading import BORDERLINE, CLASS_JOBS, LIMIT, REAL_TIME, REPOSITORY, SEED, grade
+from unit_support import course_files  # on the path since suite_grading
 
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
@@ -41,7 +42,7 @@ def programs(kind):
                 for entry in yaml.safe_load((PROGRAMS.parent / WHOLE[kind]).read_text(encoding='utf-8'))]
     found = []
     for entry in yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))[kind]:
-        text = (SAMPLES / entry['of']).read_text(encoding='utf-8')
+        text = course_files.sample(entry['of']).read_text(encoding='utf-8')
         for old, new in entry['change'].items():
             if str(old) not in text:
                 raise BenchError(f'{PROGRAMS}: {entry["of"]} has no {old!r}')
@@ -66,10 +67,10 @@ def count_mutations(kind):
         held_out = kind in mutations.HELD_OUT
         wanted, chosen = {**mutations.KINDS, **mutations.HELD_OUT}[kind].hint, []
         total = 'held out ' if held_out else ''
-        for path in sorted(SAMPLES.glob('*/right_*.py')):
+        for path in course_files.programs('right', '*.py'):
             text = mutations.mutate(kind, path.read_text(encoding='utf-8'))
             if text and path.stem not in (*REAL_TIME, BORDERLINE):
-                chosen.append((path.parent.name, text))
+                chosen.append((course_files.exercise_of(path), text))
         if most is not None and most < len(chosen):  # others than the first ones, which are of few exercises
             chosen = random.Random(kind).sample(chosen, most)
         wrong = [result for result in _graded(chosen, accepted=(0, 1, 3)) if result['outcome'] == 'failed']

@@ -4,8 +4,10 @@ import sys
 import pytest
 
 from collection.kinds import REPOSITORY
+from plain_support import course
 
-EXERCISES = sorted(f'test/data/submissions/{path.name}' for path in (REPOSITORY / 'test/data/submissions').iterdir())
+EXERCISES = [(path.parent / 'samples' / name).relative_to(REPOSITORY).as_posix()
+             for name, path in course.exercises(REPOSITORY / 'course').items() if course.samples(path)]
 USUAL = 'some_exercises', 'red_team_namespace'
 OF_A_RELEASE = 'course_nodes', *EXERCISES, 'same_ten_times', 'red_team_uid', 'red_team_none'
 

@@ -1,7 +1,7 @@
 """The kinds of tests, their names, and which of them are selected.
 
 The name of a test is KIND/PATH: unit/test/unit/test_docs.py::test_links, rostest/test/course/lesson_square.test. Tests
-in test/cases have no file each; they are parametrized, and the parameter is the PATH: page/docs/course.md, check/ruff.
+in test/cases have no file each; they are parametrized, and the parameter is the PATH: page/README.md, check/ruff.
 """
 from functools import lru_cache
 from pathlib import Path

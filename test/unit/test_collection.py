@@ -69,7 +69,7 @@ def collected(*options):
     (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
     (['--select=lesson_square.test', '--fast'], []),
-    (['--select=page/docs/course.md'], ['test/cases/test_page.py::test_page[docs/course.md]']),
+    (['--select=page/course/03_'], ['test/cases/test_page.py::test_page[course/03_stop_at_x/README.md]']),
     (['test/cases/test_page.py'], []),
     (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
 ], ids=['function', 'of a file', 'rostest', 'check', 'rostest not fast', 'page', 'page not released', 'mark'])

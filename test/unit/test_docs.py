@@ -1,7 +1,6 @@
 """All pages of the documentation: links, anchors, names of files and nodes, exercises, the parameters of checks."""
 import fnmatch
 import functools
-import importlib.util
 import os
 import pathlib
 import re
@@ -11,13 +10,14 @@ import yaml
 
 from course_grader.rules import exercise, reference
 from plain_support.doctor import findings
+from unit_support.course_files import EXERCISES
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
+         *sorted(REPOSITORY.glob('course/README.md')),
          *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'grading' / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
-COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
-COURSE_MARKERS = REPOSITORY / 'docs' / 'course_markers.md'
+STEPS = sorted(REPOSITORY.glob('course/*/README.md'))
 MAX_LINES, MAX_LINE = 140, 120  # of README.md
 MAX_BYTES = 1.5e6  # of the moving picture in README.md
 MAX_PROSE = 120  # [columns] of other pages, but for tables and code
@@ -31,7 +31,7 @@ SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reade
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
 OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own')
 OF_THE_READER = {'turtlebot3_world.launch', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
-                 *(name for page in (REPOSITORY / 'docs' / 'course.md', COURSE_NEXT, COURSE_MARKERS)
+                 *(name for page in STEPS
                    for pattern in (SAVED, GRADED, OWN) for name in pattern.findall(page.read_text(encoding='utf-8')))}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NUMBERED = list(REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*'))
@@ -108,7 +108,8 @@ def test_nodes_and_launch_files_that_are_typed_exist(path):
     assert typed - OF_THE_READER <= NODES | LAUNCH_FILES
 
 
-@pytest.mark.parametrize('path', [path for path in PAGES if path.parent in (REPOSITORY, REPOSITORY / 'docs')], ids=str)
+@pytest.mark.parametrize('path', [path for path in PAGES if path in STEPS
+                                             or path.parent in (REPOSITORY, REPOSITORY / 'docs')], ids=str)
 def test_lines_can_be_read(path):
     long = [line for line in without_code(text_of(path)).splitlines()
             if len(line) > MAX_PROSE and not line.startswith(('|', '!'))]
@@ -128,9 +129,10 @@ def test_the_moving_picture_moves_and_is_small():
 
 
 def test_every_page_is_linked_from_the_readme():
-    linked = set(re.findall(r'\]\(([^)#\s]+)', text_of(README) + text_of(REPOSITORY / 'docs' / 'course.md')))
-    linked = {name if name.startswith('docs/') else f'docs/{name}' for name in linked}
-    assert {f'docs/{path.name}' for path in REPOSITORY.glob('docs/*.md')} <= linked
+    linked = set(re.findall(r'\]\(([^)#\s]+)', text_of(README)))
+    moved = {'course.md', 'course_next.md', 'course_navigation.md', 'course_markers.md'}  # for links that people have
+    assert {f'docs/{path.name}' for path in REPOSITORY.glob('docs/*.md') if path.name not in moved} <= linked
+    assert 'course/README.md' in linked
 
 
 def test_every_picture_is_shown():
@@ -147,26 +149,16 @@ def test_every_finding_of_the_doctor_has_its_row():
         function, '__annotations__', {}).get('return') is findings.Finding)
 
 
-EXERCISES = {path.stem for path in REPOSITORY.glob('grading/course_grader/exercises/*.yaml')}
-
-
 def test_every_exercise_is_described():
     text = text_of(REPOSITORY / 'docs' / 'grading.md')
     table = re.search(r'^## The exercises\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
     first_cells = re.findall(r'^\|([^|]*)\|', table, re.MULTILINE)
-    assert set(re.findall(r'`(\w+)`', ' '.join(first_cells))) == EXERCISES
-
-
-def test_exercises_of_the_course_exist():
-    text = text_of(REPOSITORY / 'docs' / 'course.md') + text_of(REPOSITORY / 'docs' / 'course_next.md')
-    lines = re.findall(r'^\* \*\*Exercises?:\*\* (.*)', text, re.MULTILINE)
-    named = {*re.findall(r'`(\w+)`', ' '.join(lines)), *re.findall(r'run grade (\w+) --', text)}
-    assert len(named) >= 14 and named <= EXERCISES
+    assert set(re.findall(r'`(\w+)`', ' '.join(first_cells))) == set(EXERCISES)
 
 
 def test_worlds_of_the_course_are_those_of_exercises():
-    worlds = re.findall(r'^```yaml\n(.*?)^```$', text_of(COURSE_NEXT), re.MULTILINE | re.DOTALL)
-    graded = [exercise.load(path).world for path in REPOSITORY.glob('grading/course_grader/exercises/*.yaml')]
+    worlds = [world for page in STEPS for world in re.findall(r'^```yaml\n(.*?)^```$', text_of(page), re.MULTILINE | re.DOTALL)]
+    graded = [exercise.load(path).world for path in EXERCISES.values()]
     assert worlds and all(yaml.safe_load(world) in graded for world in worlds)
 
 
@@ -178,20 +170,11 @@ def test_parameters_of_exercise_files_are_described(section):
     assert table == reference.markdown(section), f'replace the table below {section} by the one on the right'
 
 
-def test_the_exercise_sheet_is_up_to_date():
-    spec = importlib.util.spec_from_file_location('exercise_sheet', REPOSITORY / 'tools' / 'exercise_sheet.py')
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    assert text_of(REPOSITORY / 'docs' / 'exercise_sheet.md') == tool.page(), 'tools/exercise_sheet.py prints it'
-    named = {name for *_, names in tool.steps() for name in names}
-    assert len(named) >= 27 and named <= EXERCISES  # an exercise that no step asks for is not on the sheet
-
-
 def test_keys_of_exercise_files_are_described():
     text = text_of(REPOSITORY / 'docs' / 'exercise_files.md')
     keys = re.search(r'^## Keys\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
     assert set(re.findall(r'^\| `(\w+)`', keys, re.MULTILINE)) == set(exercise.KEYS)
-    assert text_of(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / 'stop_at_x.yaml') in text
+    assert text_of(EXERCISES['stop_at_x']) in text
 
 
 @pytest.mark.parametrize('text, dead', [

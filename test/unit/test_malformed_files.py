@@ -17,6 +17,7 @@ from course_grader.rules import exercise
 from marker_pictures import marker_sequence
 from plain_support import documents
 from sim_scene import worlds
+from unit_support.course_files import EXERCISES
 from usb_cam.core import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -46,7 +47,7 @@ KINDS = {  # kind: (ending, contents, how it is read, its error)
     'world': ('.yaml', texts('simulation/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
               worlds.WorldError),
     'sdf': ('.world', [SDF], lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
-    'exercise': ('.yaml', texts('grading/course_grader/exercises/*.yaml'), exercise.load, exercise.ExerciseError),
+    'exercise': ('.yaml', [path.read_text(encoding='utf-8') for path in EXERCISES.values()], exercise.load, exercise.ExerciseError),
     'calibration': ('.yaml', [CAMERA], calibration.read, calibration.CalibrationError),
     'bundle': ('.xml', texts('vision/ar_track_alvar/bundles/*.xml'), bundles.read, bundles.BundleError),
 }

@@ -1,6 +1,6 @@
 """The pages that describe nodes agree with the code: parameters, topics, services, launch files, commands.
 
-The nodes of the course are described in docs/nodes.md, its launch files in docs/course.md; a stand-in describes itself.
+The nodes of the course are described in docs/nodes.md, with its launch files; a stand-in describes itself.
 """
 import ast
 import importlib.machinery
@@ -19,8 +19,8 @@ from turtle_robotont.markers.sightings import AXES
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
-LAUNCH_PAGE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
-NEXT_PAGE = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')  # README.md links it
+LAUNCH_PAGE = (REPOSITORY / 'docs' / 'nodes.md').read_text(encoding='utf-8')
+PROGRAMS_PAGE = (REPOSITORY / 'docs' / 'programs.md').read_text(encoding='utf-8')  # README.md links it
 BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo', 'demo.py', 'grade', 'grade.py', 'terminal'  # ./run demo, ./run grade, ./run view --terminal
@@ -182,7 +182,7 @@ def test_launch_file_is_mentioned(launch_file):
 def test_every_stand_in_with_nodes_is_in_the_readme():
     packages = {package_of(script) for script in SCRIPTS} - {REPOSITORY}
     linked = set(re.findall(r'\(([^)]+)\)', README))
-    for name, page in (('docs/course_next.md', NEXT_PAGE), ('docs/browser.md', BROWSER_PAGE)):
+    for name, page in (('docs/programs.md', PROGRAMS_PAGE), ('docs/browser.md', BROWSER_PAGE)):
         if name in linked:
             linked |= {link.replace('../', '', 1) for link in re.findall(r'\(([^)]+)\)', page)}
     assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= linked

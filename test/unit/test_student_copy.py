@@ -8,8 +8,10 @@ import subprocess
 
 import pytest
 
+from plain_support import course
+from unit_support.course_files import COURSE, EXERCISES, programs
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 WINDOW = 6  # statements in a row that only a solution has
 BUILD_TIMEOUT = 300.0  # [s]; it takes 40
 
@@ -43,12 +45,15 @@ def windows_of(lines):
 
 
 def test_no_solution_is_in_it(copy):
-    course = [path for path in (REPOSITORY / 'scripts').glob('*.py') if 'elsewhere' not in path.read_text()]
-    course += [path for path in (REPOSITORY / 'src' / 'turtle_robotont').glob('*/*.py') if path.stem != '__init__']
-    samples = [*SAMPLES.glob('*/right_*'), *SAMPLES.glob('*/scripts/*.py')]
-    samples = [path for path in samples if path.suffix not in ('.pgm', '.yaml')]  # maps
-    assert len(course) > 15 and len(samples) > 30
-    solved = {window: path for path in course + samples for window in windows_of(lines_of(path.read_text()))}
+    nodes = [path for path in (REPOSITORY / 'scripts').glob('*.py') if 'elsewhere' not in path.read_text()]
+    nodes += [path for path in (REPOSITORY / 'src' / 'turtle_robotont').glob('*/*.py') if path.stem != '__init__']
+    answers = [path for path in programs('right') if path.suffix not in ('.pgm', '.yaml')]  # maps
+    assert len(nodes) > 15 and len(answers) > 50
+    solved = {window: path for path in nodes + answers for window in windows_of(lines_of(path.read_text()))}
+    for path in (REPOSITORY / 'course').glob('*/*.*'):  # what a page shows in any case
+        if path.suffix in ('.py', '.launch'):
+            for window in windows_of(lines_of(course.without_solution(path.read_text()))):
+                solved.pop(window, None)
     lessons = set()  # ROS's own tutorials, which everybody can read, begin and end like them
     for path in (REPOSITORY / 'lessons').rglob('*.py'):
         lessons |= windows_of(lines_of(path.read_text()))
@@ -56,6 +61,24 @@ def test_no_solution_is_in_it(copy):
         if path.suffix in ('.py', '.md', '.launch', '.bash', '') and path.is_file():
             found = (windows_of(lines_of(path.read_text(errors='ignore'))) & set(solved)) - lessons
             assert not found, f'{path} has lines of {solved[found.pop()]}'
+
+
+def solutions():
+    """Yield (step, line): each line of the solutions that is in no other program of the course."""
+    for step in course.steps(COURSE):
+        for path in (*step.folder.glob('*.py'), *step.folder.glob('*.launch')):
+            for line in course.solution_lines(path.read_text()):
+                if len(line.strip()) > 25:
+                    yield step, line
+
+
+def test_pages_show_the_gap_and_not_the_solution(copy):
+    gaps = 0
+    for step, line in solutions():
+        page = (copy / 'course' / step.folder.name / 'README.md').read_text()
+        assert f'\n{line}' not in page, line
+        gaps += 'your code' in page
+    assert gaps > 100
 
 
 def test_nothing_leads_back_to_the_solutions(copy, src):
@@ -71,9 +94,9 @@ def test_its_programs_and_pages_are_there(copy):
     for page in [copy / 'README.md', *(copy / 'docs').glob('*.md')]:
         for target in re.findall(r'\]\(([^)#\s]+)', page.read_text()):
             assert '://' in target or (page.parent / target).exists(), f'{page.name}: {target}'
-    assert 'This step in the course' not in (copy / 'docs' / 'exercise_sheet.md').read_text()
-    exercises = 'grading/course_grader/exercises'
-    assert sorted(os.listdir(copy / exercises)) == sorted(os.listdir(REPOSITORY / exercises))
+    assert list(course.exercises(copy / 'course')) == list(EXERCISES)
+    assert [step.title for step in course.steps(copy / 'course')] == [step.title for step in course.steps(COURSE)]
+    assert not list(copy.rglob('samples'))
     for path in copy.rglob('*.py'):
         ast.parse(path.read_text(encoding='utf-8'))
 

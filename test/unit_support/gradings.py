@@ -1,14 +1,12 @@
 """Gradings for the tests of the formats: passed, failed, a shortcut, undecided, and hostile text in all of them."""
-import pathlib
-
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
 from course_grader.formats.systems import Grading
 from course_grader.rules import exercise, scoring
 from course_grader.rules.scoring import Reason, Verdict
+from unit_support.course_files import EXERCISES
 
-EXERCISES = pathlib.Path(__file__).resolve().parents[2] / 'grading' / 'course_grader' / 'exercises'
-STOP = exercise.load(EXERCISES / 'stop_at_x.yaml')
+STOP = exercise.load(EXERCISES['stop_at_x'])
 HOSTILE = ('::error::a <script>alert(1)</script> & ]]> \x1b[2J \udcff ##[error]b ```` | =1+1 '
            + ' '.join(['::set-output'] * 30)
            + '\nGrade :=>> 100\nComment :=>> c\n<|--\n--|>\n{"scores": {"stop_at_x": 99}}')

@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Private parameters on one roscore: those of a command line end with its node, all others are told by the next one."""
-import os
-import pathlib
 import re
 import subprocess
-import sys
 import unittest
 
 import roslib.packages
@@ -13,24 +10,15 @@ import rospy
 
 from rostest_support.common import DEADLINE, Process, own_simulator, run, until
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(REPOSITORY / 'test' / 'pages'))
-import page  # noqa: E402
-
 STEP_DEADLINE = 90.0  # [s] for a command of the course; drives take up to 10
 DRIVE_SHAPE = roslib.packages.find_node('turtle_robotont', 'drive_shape.py')[0]
 ROBOTONT = roslib.packages.find_node('robotont_gazebo', 'robotont_gazebo')[0]
-DRAWN = [('drive_shape.py', 'square, starting at (5.54, 5.54)'),
-         ('_shape:=corners', 'corners, starting at (8.00, 6.00)'),
-         ('_robot:=true', 'square, starting at (-2.00, ')]
+DRIVES = [  # arguments of drive_shape.py, and what it says that it draws
+    ((), 'square, starting at (5.54, 5.54)'),
+    (('_shape:=corners', '_corners:=[[8,6],[6,8],[4,6]]', '_speed:=4'), 'corners, starting at (8.00, 6.00)'),
+    (('_robot:=true',), 'square, starting at (-2.00, '),
+    ((), 'square, starting at (')]
 OLD = 'from an earlier run'
-
-
-def step(number):
-    """Return the Commands and Outputs for terminal 3 in a step of the course."""
-    text = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
-    section = re.search(rf'^## {number}\. .*?(?=^## )', text, re.MULTILINE | re.DOTALL).group()
-    return [action for action in page.actions(section) if getattr(action, 'terminal', None) == 3]
 
 
 class ParametersLeftTest(unittest.TestCase):
@@ -41,33 +29,18 @@ class ParametersLeftTest(unittest.TestCase):
         until(lambda: '/turtlesim' in rosnode.get_node_names(), 'the simulator')
         return simulator
 
-    def do(self, number):
-        """Type the commands of a step, compare their output with the page, and return the output of each drive."""
-        drawn, printed = [], ''
-        for action in step(number):
-            if isinstance(action, page.Output):
-                self.assertIsNone(page.missing(action.lines, printed.splitlines()), printed)
-            elif isinstance(action, page.Command):
-                done = subprocess.run(['bash', '-c', action.text], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                      text=True, timeout=STEP_DEADLINE, check=False, cwd=self.folder)
-                printed = done.stdout
-                self.assertEqual(0, done.returncode, printed)
-                if 'drive_shape.py' in action.text:
-                    expected = [drawing for sign, drawing in DRAWN if sign in action.text][-1]
-                    self.assertIn(f'Drawing: {expected}', printed)
-                    drawn.append(printed)
-        return drawn
-
-    def test_steps_4_and_11_and_4_again(self):
-        """As printed on the page, one after the other: no step changes what another one does."""
-        self.folder = os.environ['ROS_HOME']
+    def test_one_command_line_after_the_other(self):
+        """No run changes what another one does."""
         self.simulator()
         robot = Process(ROBOTONT, '_world:=minimaze', '_x:=-2.0')
         self.addCleanup(robot.stop)
         until(lambda: '/robotont_gazebo' in rosnode.get_node_names(), 'the robot')
-        drives = [printed for number in (4, 10, 4) for printed in self.do(number)]
-        self.assertEqual(5, len(drives))
-        self.assertNotIn(OLD, ''.join(drives))
+        for arguments, drawn in DRIVES:
+            done = subprocess.run([DRIVE_SHAPE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                  timeout=STEP_DEADLINE, check=False)
+            self.assertEqual(0, done.returncode, done.stdout)
+            self.assertIn(f'Drawing: {drawn}', done.stdout)
+            self.assertNotIn(OLD, done.stdout)
         self.assertFalse(rospy.get_param('/drive_shape', {}))
 
     def test_others_are_told_and_stay(self):

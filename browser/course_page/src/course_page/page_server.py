@@ -32,6 +32,7 @@ from course_page import grading
 from course_page.marker_photo import MarkerPhoto, Photos
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from course_page.starter import Programs, Starter
+from plain_support import course
 from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.conversion import json_values
@@ -116,6 +117,15 @@ class Logged(web.Guarded):
                                      for message in self.settings['log'].messages]))
 
 
+class Steps(web.Guarded):
+    """The list of the steps of the course, and which panels show what happens in each, as JSON."""
+
+    def get(self):
+        steps = course.steps(course.installed())
+        self.answer_json(json.dumps([{'number': step.number, 'title': step.title, 'folder': step.folder.name,
+                                      'panels': step.panels} for step in steps]))
+
+
 class Socket(RosbridgeWebSocket):
     """The WebSocket of a page, or of another client."""
 
@@ -163,7 +173,8 @@ class PageServer:
             [websocket_rule(Socket, clients), (r'/status', Status),
              (r'/log', Logged), (r'/programs', Programs), (r'/grading', grading.Gradings),
              (r'/grading/choices', grading.Choices), (r'/grading/path.png', grading.Picture),
-             (r'/marker_photo', MarkerPhoto),
+             (r'/marker_photo', MarkerPhoto), (r'/course/steps', Steps),
+             (r'/course/(\w+/(?:README\.md|\w+\.(?:png|svg)))', web.Files, {'path': str(course.installed())}),
              (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],

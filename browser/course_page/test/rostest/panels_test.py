@@ -26,6 +26,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from alvar_core import drawing
 from rospy_support import images
+from plain_support import course
 from rostest_support import browser
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
 
@@ -37,7 +38,8 @@ AXE = '''(async () => {
 })()'''
 SIZES = (1440, 900, False, False), (844, 390, True, False), (390, 844, True, True)  # width, height [px], touch, dark
 ARROW_RIGHT = '\ue014'  # of WebDriver
-SOLUTION = pathlib.Path(__file__).resolve().parents[4] / 'test/data/submissions/publish_circle/right_typed.py'
+COURSE = pathlib.Path(__file__).resolve().parents[4] / 'course'
+STEPS, SOLUTION = course.steps(COURSE), COURSE / '01_publish_circle' / 'publish_circle.py'
 GRADING = 200.0  # [s] of wall time; an idle machine takes 10
 HIDE = '''(() => {
     Object.defineProperty(document, "hidden", {get: () => %s, configurable: true});
@@ -450,22 +452,22 @@ class PanelsTest(SimulatorCase):
                            == [width, height], f'a picture of {width} x {height}')
 
     def test_a_course_step_is_marked_when_it_is_seen(self):
-        self.open('course')
-        self.until_text('0 of 24 steps done', 'rosrun turtle_robotont velocity_publisher.py')
+        self.open('course?step=1')
+        self.until_text(f'0 of {len(STEPS)} steps done', 'rosrun topic_demo publish_circle.py')
         publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
         self.addCleanup(publisher.unregister)
-        self.browser.until(lambda: self.browser.find('.step input')[0].is_selected(), 'step 1 is marked')
-        self.assertFalse(self.browser.find('.step input')[1].is_selected())
+        first, second = (self.browser.find(f'[aria-label="Step {number} is done"]')[0] for number in (1, 2))
+        self.browser.until(first.is_selected, 'step 1 is marked')
+        self.assertFalse(second.is_selected())
         self.open('course')
         self.until_text('Done')  # it is remembered
 
-    def test_the_course_is_continued_on_its_second_page(self):
-        """The steps of the second page have the next numbers: an address opens one, and a tick is remembered."""
+    def test_an_address_opens_a_step_and_a_tick_is_remembered(self):
         self.open('course?step=20')
-        self.until_text('The course, continued', 'rostopic echo -n 1 /scan_to_distance')
+        self.until_text('rostopic echo -n 1 /scan_to_distance')
         self.browser.find('[aria-label="Step 20 is done"]')[0].click()
         self.open('course')
-        self.until_text('The course, continued')
+        self.until_text('1 of ')
         self.assertTrue(self.browser.find('[aria-label="Step 20 is done"]')[0].is_selected())
         self.assertFalse(self.browser.find('[aria-label="Step 9 is done"]')[0].is_selected())
 

@@ -8,12 +8,12 @@ import threading
 
 import pytest
 
+from plain_support import course
 from rostest_support import browser
 
 pytestmark = pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
-COURSE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
-COURSE_NEXT = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')
+COURSE = course.steps(REPOSITORY / 'course')
 POSE = {'type': 'turtlesim/Pose', 'fieldnames': ['x', 'y'], 'fieldtypes': ['float32', 'float32'],
         'fieldarraylen': [-1, -1]}
 SCAN = {'type': 'a/Scan', 'fieldnames': ['header', 'ranges', 'name', 'pose'], 'fieldarraylen': [-1, 0, -1, -1],
@@ -294,23 +294,20 @@ def test_a_graph_of_50_nodes_is_laid_out_without_overlaps(page):
                     or abs(one['y'] - other['y']) >= (one['height'] + other['height']) / 2 - 1)
 
 
-@pytest.mark.parametrize('text', [COURSE, COURSE_NEXT], ids=['course.md', 'course_next.md'])
-def test_every_step_of_the_course_is_read(page, text):
-    read = value(page, 'course_text', f'm.parseCourse({json.dumps(text)})')
-    steps, titles = read['steps'], re.findall(r'^## (\d+)\. (.*)$', text, re.MULTILINE)
-    assert text.startswith(f'# {read["title"]}\n')
-    assert [(str(step['number']), step['title']) for step in steps] == titles
-    assert all(step['goal'] for step in steps)
-    commands = [command['text'] for step in steps for block in step['blocks'] if block['kind'] == 'commands'
-                for command in block['commands']]
-    blocks = re.findall(r'```bash\n(.*?)```', text.split('## All launch')[0], re.DOTALL)
+@pytest.mark.parametrize('step', COURSE, ids=lambda step: step.folder.name)
+def test_every_command_of_a_page_is_read(page, step):
+    text = step.page.read_text(encoding='utf-8')
+    commands = [command['text'] for block in value(page, 'course_text', f'm.parseStep({json.dumps(text)})')
+                if block['kind'] == 'commands' for command in block['commands']]
+    blocks = re.findall(r'```bash\n(.*?)```', text, re.DOTALL)
     assert len(commands) == len([line for block in blocks for line in block.splitlines() if line.strip()])
     assert not [command for command in commands if '# terminal' in command]
 
 
-def test_the_steps_of_the_first_page_have_rules(page):
-    steps = value(page, 'course_text', f'm.parseCourse({json.dumps(COURSE)}).steps')
-    assert sorted(map(int, value(page, 'course_rules', 'm.RULES'))) == [step['number'] for step in steps]
+def test_rules_are_those_of_steps_and_panels_exist(page):
+    assert set(value(page, 'course_rules', 'm.RULES')) <= {step.number for step in COURSE}
+    shown = {panel for step in COURSE for panel in step.panels}
+    assert shown <= {path.stem for path in (REPOSITORY / 'browser/course_page/web/panels').glob('*.js')}
 
 
 def node(*publishing, reads=(), serves=()):

@@ -1,15 +1,13 @@
-// The steps of the course, from docs/course.md and docs/course_next.md; each is marked done once it is observed.
+// The steps of the course; the page of a step is read when it is opened. A step is marked done once it is observed.
 import {commandLine, el, emptyState, fill, store, stored} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {PANELS} from '../app/panels.js';
 import {button, Notice, Panel, setText} from './lib/parts.js';
 import {RULES, Watcher} from './lib/course_rules.js';
-import {inline, parseCourse} from './lib/course_text.js';
+import {inline, parseStep} from './lib/course_text.js';
 import {System} from './lib/system.js';
 
-const PAGES = ['course.md', 'course_next.md'];
-const SHEET = 'exercise_sheet.md'; // instead of them, in a copy without solutions: the tasks of the same steps
-const TEXTS = new URL('../docs/', import.meta.url);
+const COURSE = new URL('../course/', import.meta.url);
 const POSES = 10; // messages a second
 const MOST_VEHICLES = 5;
 const STORE = 'course steps'; // in the browser's storage: {number of the step: when it was done}
@@ -32,24 +30,15 @@ export default class CoursePanel extends Panel {
 
   async _load() {
     fill(this._element, el('p', {class: 'muted'}, 'Loading the course …'));
-    let pages;
+    let steps;
     try {
-      pages = await Promise.all(PAGES.map(readPage)).catch(async (missing) => {
-        try {
-          return [await readPage(SHEET)];
-        } catch {
-          throw missing;
-        }
-      });
+      steps = JSON.parse(await read('steps'));
     } catch (error) {
-      if (!this.scope.ended) {
-        fill(this._element, emptyState('The course cannot be shown', `${error.message}. Does the folder web have the link docs? `
-          + 'Git for Windows makes links only when it is told to.'));
-      }
+      if (!this.scope.ended) fill(this._element, emptyState('The course cannot be shown', error.message));
       return;
     }
     if (this.scope.ended) return;
-    this._show(pages);
+    this._show(steps);
     const watcher = new Watcher((number) => this._see(number));
     new System(this.scope, this.context.rosapi, (system) => {
       this._notice.say('');
@@ -74,9 +63,8 @@ export default class CoursePanel extends Panel {
     }
   }
 
-  _show(pages) {
-    const shown = pages.map(({title, before, steps}) => ({title, before, steps: steps.map((step) => [step.number, this._step(step)])}));
-    this._steps = new Map(shown.flatMap(({steps}) => steps));
+  _show(steps) {
+    this._steps = new Map(steps.map((step) => [step.number, this._step(step)]));
     this._progress = el('progress', {max: this._steps.size, 'aria-label': 'Steps done'});
     this._count = el('p', {class: 'muted'});
     let sure = false;
@@ -90,17 +78,15 @@ export default class CoursePanel extends Panel {
       again.textContent = sure ? 'Press again to forget all marks' : 'Start again';
     });
     fill(this._element, el('div', {class: 'toolbar'}, this._progress, this._count, again), this._notice.element,
-         shown.map(({title, before, steps}) => [el('h2', {}, title), before.map((block) => show(block)),
-                                                el('ol', {class: 'steps'}, steps.map(([, {element}]) => element))]));
+         el('ol', {class: 'steps'}, [...this._steps.values()].map(({element}) => element)));
     this._mark();
     const wanted = this.context.parameters.step || [...this._steps.keys()].find((number) => !this._done[number]);
-    const first = this._steps.get(Number(wanted));
+    const first = this._steps.get(wanted);
     if (first) first.details.open = true;
     if (this.context.parameters.step && first) first.element.scrollIntoView();
   }
 
-  _step({number, title, goal, blocks}) {
-    const [sign, panels] = RULES[number] || ['you tick it', []];
+  _step({number, title, folder, panels}) {
     const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} is done`, on: {change: () => {
       if (tick.checked) this._done[number] = Date.now();
       else delete this._done[number];
@@ -110,12 +96,23 @@ export default class CoursePanel extends Panel {
     const state = el('span', {class: 'pill'});
     const links = panels.map((id) => PANELS.find((panel) => panel.id === id)).filter(Boolean).map((panel) => (
       el('a', {class: 'button-link', href: addressOf(panel.id, {beside: 'course'})}, panel.title)));
-    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: `${number}`})}},
+    const text = el('div');
+    let asked = false;
+    const details = el('details', {on: {toggle: async () => {
+      if (!details.open) return;
+      this.context.setParameters({step: number});
+      if (asked) return;
+      asked = true;
+      try {
+        fill(text, parseStep(await read(`${folder}/README.md`)).map((block) => show(block, folder)));
+      } catch (error) {
+        asked = false;
+        fill(text, emptyState('This step cannot be shown', error.message));
+      }
+    }}},
       el('summary', {}, el('span', {class: 'step-title'}, `${number}. ${title}`), state),
-      el('p', {}, el('strong', {}, 'You will learn '), parts(goal)),
       links.length ? el('div', {class: 'row'}, el('span', {class: 'muted small'}, 'Look at it in'), links) : null,
-      blocks.map((block) => show(block)),
-      el('p', {class: 'muted small'}, `This step is marked when ${sign}.`));
+      text, el('p', {class: 'muted small'}, `This step is marked when ${RULES[number] || 'you tick it'}.`));
     return {element: el('li', {class: 'card step'}, tick, details), details, tick, state};
   }
 
@@ -143,21 +140,14 @@ export default class CoursePanel extends Panel {
   }
 }
 
-// Return {title, before, steps} of a page.
-async function readPage(name) {
-  let page;
-  try {
-    const answer = await fetch(new URL(name, TEXTS));
-    if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
-    page = parseCourse(await answer.text());
-    if (!page.steps.length) throw new Error('it has no steps');
-  } catch (error) {
-    throw new Error(`docs/${name} cannot be read (${error.message})`);
-  }
-  return page;
+// Return the text of a file of the course; raise an Error that says which one is missing.
+async function read(name) {
+  const answer = await fetch(new URL(name, COURSE));
+  if (!answer.ok) throw new Error(`course/${name} cannot be read (${answer.status} ${answer.statusText})`);
+  return answer.text();
 }
 
-function show(block) {
+function show(block, folder) {
   if (block.kind === 'commands') {
     return el('div', {class: 'commands'}, block.commands.map(({terminal, text}) => el('div', {class: 'typed'},
       el('span', {class: 'terminal', title: terminal ? `Terminal ${terminal}` : ''},
@@ -166,8 +156,9 @@ function show(block) {
   if (block.kind === 'output') return el('pre', {class: 'output', tabIndex: 0, 'aria-label': 'What you should see'}, block.text);
   if (block.kind === 'code') return el('pre', {class: 'code', tabIndex: 0}, el('code', {}, block.text));
   if (block.kind === 'image') {
-    return el('img', {class: 'course-image', src: new URL(block.address, TEXTS).href, alt: block.text, loading: 'lazy'});
+    return el('img', {class: 'course-image', src: new URL(`${folder}/${block.address}`, COURSE).href, alt: block.text, loading: 'lazy'});
   }
+  if (block.kind === 'heading') return el('h3', {}, block.text);
   if (block.kind === 'list') return el('ul', {}, block.items.map((item) => el('li', {}, parts(item))));
   return el('p', {}, parts(block.text));
 }

@@ -1,4 +1,4 @@
-"""The step of the demo that makes a map and drives to goals on it, as docs/course_navigation.md does by the page.
+"""The step of the demo that makes a map and drives to goals on it, as steps 25 to 28 do by the page.
 
 Threads: rospy calls the recorders' callbacks in its own threads; they only append.
 """

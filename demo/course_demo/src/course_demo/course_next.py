@@ -1,4 +1,4 @@
-"""The steps of the demo that belong to the turtles of docs/course_next.md: services, parameters, tf, actions, bags.
+"""The steps of the demo that belong to the turtles of steps 12 to 19: services, parameters, tf, actions, bags.
 
 Threads: rospy calls the recorders' callbacks in its own threads; they only append.
 """

@@ -15,9 +15,10 @@ from course_grader.classes.submissions import Submission
 from course_grader.formats import path_picture, templates
 from course_grader.rules import exercise, scoring
 from rostest_support import browser as browsers
+from unit_support import course_files
 from unit_support.graded_turtle import GradedTurtle
 
-STOP = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises' / 'stop_at_x.yaml'
+STOP = course_files.EXERCISES['stop_at_x']
 EXERCISES = [f'exercise_{letter}' for letter in 'abcdefghij']
 STUDENTS = [f'Student {number:02}' for number in range(30)] + ['<script>alert(1)</script>']
 HOSTILE = '</td><script>document.title = "stolen"</script>\x00\x1b[31m'

@@ -16,9 +16,9 @@ from course_grader.classes.marks import Mark, MarksError
 from course_grader.formats import platforms
 from course_grader.formats.platforms import Origin
 from course_grader.rules.scoring import Reason
-from unit_support import gradings
+from unit_support import course_files, gradings
 
-EXERCISES = {'stop_at_x': str(Path(__file__).resolve().parents[2] / 'exercises' / 'stop_at_x.yaml')}
+EXERCISES = {'stop_at_x': str(course_files.EXERCISES['stop_at_x'])}
 DUE = time.mktime((2026, 11, 20, 18, 0, 0, 0, 0, -1))  # 2026-11-20 18:00 on this machine
 TEN_A_DAY = {('*', '*'): Deadline(DUE, 10.0)}
 REASONS = [Reason('moves', 20.0, 20.0, 'a path', '4 m'),

@@ -1,16 +1,15 @@
 """course_grader.formats.report: the printed and written forms of a verdict."""
 import json
 import os
-import pathlib
 from xml.etree import ElementTree
 
 from course_grader.formats import report
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import OutputLine
+from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
-EXERCISES = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
-CIRCLE = exercise.load(EXERCISES / 'publish_circle.yaml')
+CIRCLE = exercise.load(EXERCISES['publish_circle'])
 COMMAND = ['rosrun', 'a', 'b.py']
 
 

@@ -1,13 +1,12 @@
 """course_grader.rules.output_mistakes: output that differs from the expected lines."""
-import pathlib
 
 import pytest
 
 from course_grader.rules import exercise, output_mistakes
 from course_grader.rules.observation import Observed, OutputLine, ShownMarkers
+from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
-FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
 SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531)}), ShownMarkers(1.5, {}),
          ShownMarkers(3.0, {47: (0.701, -0.408, 0.902)})]
 
@@ -24,7 +23,7 @@ SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531
     (lambda pose: 'hello', None)])
 def test_poses(say, advice):
     turtle = GradedTurtle(2.0, 7.0).drive(4.0, 1.0, 0.7, say=say)
-    said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])
+    said = output_mistakes.found(exercise.load(EXERCISES['print_poses']), turtle.observed, ['prints_poses'])
     assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
 
 
@@ -32,7 +31,7 @@ def test_poses(say, advice):
 def test_lines_that_are_printed_too_rarely(xs, advice):
     lines = [OutputLine(0.1 * number, f'x = {x}', 'DEBUG' if x < 6 else 'INFO' if x < 8 else 'WARN' if x < 10 else
                         'ERROR') for number, x in enumerate(xs)]
-    said = output_mistakes.found(exercise.load(FOLDER / 'log_levels.yaml'), Observed(lines=lines), ['prints'])
+    said = output_mistakes.found(exercise.load(EXERCISES['log_levels']), Observed(lines=lines), ['prints'])
     assert ('only 1 of 3 lines are printed for "debug message below 6 m"' in str(said)) == advice
 
 
@@ -41,7 +40,7 @@ def test_few_poses(exit_code, count, y):
     turtle = GradedTurtle(2.0, y)
     turtle.drive(0.1 * count, 1.0, 0.7, say=lambda pose: f'{pose.x:.3f} {pose.y:.3f}').drive(4.0, 1.0, 0.7)
     turtle.observed.exit_code = exit_code
-    said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])
+    said = output_mistakes.found(exercise.load(EXERCISES['print_poses']), turtle.observed, ['prints_poses'])
     assert f'only {count} poses are printed' in said['prints_poses'][0]
 
 
@@ -57,13 +56,13 @@ def test_few_poses(exit_code, count, y):
     ('print_marker_ids', lambda marker, at: 'a marker', None)])
 def test_markers(name, say, advice):
     lines = [OutputLine(shown.t + 0.05, say(marker, at)) for shown in SHOWN for marker, at in shown.markers.items()]
-    said = output_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), Observed(shown=SHOWN, lines=lines),
+    said = output_mistakes.found(exercise.load(EXERCISES[name]), Observed(shown=SHOWN, lines=lines),
                                  ['prints_markers'])
     assert advice in said['prints_markers'][0] if advice else said == {'prints_markers': []}
 
 
 def test_distances_that_are_printed_as_whole_numbers():
     lines = [OutputLine(0.1 * number, f'marker {20 + number % 2} is at x = 0') for number in range(9)]
-    said = output_mistakes.found(exercise.load(FOLDER / 'print_marker_x.yaml'), Observed(
+    said = output_mistakes.found(exercise.load(EXERCISES['print_marker_x']), Observed(
         shown=SHOWN, lines=lines, source='marker.pose.pose.position.x'), ['prints_markers'])
     assert said['prints_markers'][0].startswith('x is printed as a whole number: print metres')

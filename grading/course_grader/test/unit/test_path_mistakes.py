@@ -1,21 +1,20 @@
 """course_grader.rules.path_mistakes: mistakes that the path and the commands show."""
 import math
-import pathlib
 
 import pytest
 
 from course_grader.rules import exercise, path_mistakes, registry
 from course_grader.rules.observation import Command, Observed, Sample, Sensed
+from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
-FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
 
 
 def found(name, act, check='draws', start=(3.0, 3.0)):
     """Return the advice on a check for the motion of a turtle in an exercise."""
     turtle = GradedTurtle(*start)
     act(turtle)
-    one = exercise.load(FOLDER / f'{name}.yaml')
+    one = exercise.load(EXERCISES[name])
     return path_mistakes.found(one, turtle.observed, [check]).get(check)
 
 
@@ -73,7 +72,7 @@ def test_two_commands_show_a_rate():
 def test_wrong_velocities_explain_the_path():
     turtle = GradedTurtle(5.0, 5.0).drive(35.0, 0.5, 11.46)
     turtle.observed.timed_out = True
-    one = exercise.load(FOLDER / 'publish_circle.yaml')
+    one = exercise.load(EXERCISES['publish_circle'])
     assert list(path_mistakes.found(one, turtle.observed, ['commands', 'draws'])) == ['commands']
 
 
@@ -83,7 +82,7 @@ def test_wrong_velocities_explain_the_path():
 def test_a_parameter_that_is_not_set(name, angular, advice):
     turtle = GradedTurtle(3.0, 3.0).drive(3.0, 0.5, angular)
     turtle.observed.source = f"v.linear.x = rospy.get_param('~linear', 1.0)\nturn = rospy.get_param('{name}', 0.0)\n"
-    one = exercise.load(FOLDER / 'launch_two_turtles.yaml')
+    one = exercise.load(EXERCISES['launch_two_turtles'])
     said = path_mistakes.found(one, turtle.observed, ['commands'])['commands']
     assert said[0].startswith(advice) if advice else not any('default' in hint for hint in said)
 
@@ -99,7 +98,7 @@ def test_positions(act, advice):
 
 def test_other_checks_and_those_that_lost_nothing_get_none():
     turtle = GradedTurtle()
-    one = exercise.load(FOLDER / 'publish_circle.yaml')
+    one = exercise.load(EXERCISES['publish_circle'])
     assert path_mistakes.found(one, turtle.observed, ['prints']) == {}
     assert set(path_mistakes.KINDS) <= set(registry.RULES)
 
@@ -108,7 +107,7 @@ def test_other_checks_and_those_that_lost_nothing_get_none():
 def test_velocities_that_are_sent_once(pause, advice):
     turtle = GradedTurtle(3.0, 3.0)
     turtle.drive(3.0 * pause, 0.5, 0.2, rate=1.0 / pause).drive(0.02)
-    said = list(path_mistakes.stops_in_between(exercise.load(FOLDER / 'publish_circle.yaml'), turtle.observed))
+    said = list(path_mistakes.stops_in_between(exercise.load(EXERCISES['publish_circle']), turtle.observed))
     assert advice in said[0] if advice else said == []
 
 
@@ -122,7 +121,7 @@ def test_positions_that_are_looked_at_too_seldom(pause, advice):
     ('keep_centre', 'marker left', -1.0, 'check the sign'), ('keep_centre', 'marker left', 1.0, None),
     ('bang_bang', 'ahead', -1.0, 'check the sign'), ('bang_bang', 'ahead', 1.0, None)])
 def test_velocities_of_the_wrong_sign(name, what, sign, advice):
-    one = exercise.load(FOLDER / f'{name}.yaml')
+    one = exercise.load(EXERCISES[name])
     goal = next(rule.parameters['value'] for rule in one.rules if rule.name == 'keeps')
     seen = Observed()
     for number in range(20):
@@ -142,7 +141,7 @@ def test_velocities_to_one_side_only(speed, advice):
         error = 0.3 if number < 8 else -0.3
         seen.sensed.append(Sensed(0.1 * number, 'marker left', error))
         seen.commands.append(Command(0.1 * number + 0.05, 0.0, 0.0, speed(error)))
-    said = path_mistakes.found(exercise.load(FOLDER / 'keep_centre.yaml'), seen, ['keeps'])['keeps']
+    said = path_mistakes.found(exercise.load(EXERCISES['keep_centre']), seen, ['keeps'])['keeps']
     assert (path_mistakes.ONE_WAY in said) == advice
 
 
@@ -152,14 +151,14 @@ def test_velocities_to_one_side_only(speed, advice):
 def test_a_program_that_ends_while_the_turtle_drives(x, stops, exit_code, advice):
     turtle = GradedTurtle(x, 5.0).drive(2.1, 1.0).drive(0.1 if stops else 0.0)
     turtle.observed.exit_code = exit_code
-    said = path_mistakes.found(exercise.load(FOLDER / 'stop_at_x.yaml'), turtle.observed, ['stops'])['stops']
+    said = path_mistakes.found(exercise.load(EXERCISES['stop_at_x']), turtle.observed, ['stops'])['stops']
     assert advice in said[0] if advice else said == []
 
 
 @pytest.mark.parametrize('last, advice', [([0.0, 1.0] * 10, True), ([1.0] * 10 + [0.0] * 10, False)])
 def test_a_loop_that_drives_on_while_a_callback_stops(last, advice):
     seen = Observed(commands=[Command(0.1 * number, speed, 0.0, 0.0) for number, speed in enumerate([1.0] * 9 + last)])
-    said = path_mistakes.found(exercise.load(FOLDER / 'stop_at_x.yaml'), seen, ['stops'])['stops']
+    said = path_mistakes.found(exercise.load(EXERCISES['stop_at_x']), seen, ['stops'])['stops']
     assert any('of its last 29 commands 10 are 0' in hint for hint in said) == advice
 
 
@@ -170,7 +169,7 @@ def test_a_robot_that_only_drives_forward(backward, advice):
         error = 0.4 if number < 10 else -0.25
         seen.sensed.append(Sensed(0.1 * number, 'marker ahead', 0.6 + error))
         seen.commands.append(Command(0.1 * number + 0.05, error if backward else max(0.0, error), 0.0, 0.0))
-    said = path_mistakes.found(exercise.load(FOLDER / 'keep_distance.yaml'), seen, ['keeps'])['keeps']
+    said = path_mistakes.found(exercise.load(EXERCISES['keep_distance']), seen, ['keeps'])['keeps']
     assert advice in said[0] if advice else said == []
 
 
@@ -182,7 +181,7 @@ def kept(name, what, goal, errors, speed):
         velocity = speed(error)
         seen.commands.append(Command(0.1 * number + 0.05, 0.0 if what == 'marker left' else velocity, 0.0,
                                      velocity if what == 'marker left' else 0.0))
-    return path_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), seen, ['keeps'])['keeps']
+    return path_mistakes.found(exercise.load(EXERCISES[name]), seen, ['keeps'])['keeps']
 
 
 @pytest.mark.parametrize('name, what, goal, errors, speed, advice', [
@@ -222,7 +221,7 @@ def test_what_the_errors_and_velocities_show(name, what, goal, errors, speed, ad
 @pytest.mark.parametrize('gain, advice', [(0.02, True), (1.0, False)])
 def test_a_robot_that_hardly_steers(gain, advice):
     seen = Observed(commands=[Command(0.1 * number, 0.2, gain * 0.6, 0.0) for number in range(9)])
-    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    said = path_mistakes.found(exercise.load(EXERCISES['between_posts']), seen, ['passes'])['passes']
     assert any('it hardly steers' in hint for hint in said) == advice
 
 
@@ -230,9 +229,9 @@ def test_a_robot_that_hardly_steers(gain, advice):
 def test_a_robot_that_steers_away_from_a_gate(side, advice):
     seen = Observed(track=[Sample(0.1 * number, 0.02 * number, 0.0, 0.0) for number in range(50)])
     seen.commands = [Command(sample.t, 0.2, side * (1.0 + sample.x), 0.0) for sample in seen.track]
-    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    said = path_mistakes.found(exercise.load(EXERCISES['between_posts']), seen, ['passes'])['passes']
     assert any('it steers away from x = 1.2, y = 0.12: positive linear.y' in hint for hint in said) == advice
-    said = path_mistakes.found(exercise.load(FOLDER / 'ar_maze.yaml'), seen, ['passes'])  # its places are not ahead
+    said = path_mistakes.found(exercise.load(EXERCISES['ar_maze']), seen, ['passes'])  # its places are not ahead
     assert 'it steers away' not in str(said)
 
 
@@ -240,27 +239,27 @@ def test_a_robot_that_steers_away_from_a_gate(side, advice):
                                           (lambda number: 0.0, False)])
 def test_a_robot_that_steers_by_the_same_value_all_the_time(side, advice):
     seen = Observed(commands=[Command(0.1 * number, 0.2, side(number), 0.0) for number in range(20)])
-    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    said = path_mistakes.found(exercise.load(EXERCISES['between_posts']), seen, ['passes'])['passes']
     assert any('linear.y is -0.2 and angular.z 0 in all its commands' in hint for hint in said) == advice
 
 
 def test_a_vehicle_that_only_turns():
     turtle = GradedTurtle(5.0, 5.0).drive(9.0, 0.0, 1.0)
-    said = path_mistakes.found(exercise.load(FOLDER / 'square_by_topics.yaml'), turtle.observed, ['draws'])['draws']
+    said = path_mistakes.found(exercise.load(EXERCISES['square_by_topics']), turtle.observed, ['draws'])['draws']
     assert said[0].startswith('it only turns, by 5') and len(said) == 1
-    measured = list(path_mistakes.measured(exercise.load(FOLDER / 'stop_at_x.yaml'), turtle.observed, ['stops']))
+    measured = list(path_mistakes.measured(exercise.load(EXERCISES['stop_at_x']), turtle.observed, ['stops']))
     assert measured == said
 
 
 def test_another_pace():
     seen = Observed(commands=[Command(0.1 * number, 0.5, 0.0, 0.0) for number in range(9)])
-    assert path_mistakes.found(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['commands'])['commands'] == [
+    assert path_mistakes.found(exercise.load(EXERCISES['bang_bang']), seen, ['commands'])['commands'] == [
         'linear.x is 0.5 m/s forward or backward, and not 0.19 to 0.21 m/s']
 
 
 def test_velocities_that_are_seldom_as_asked():
     seen = Observed(commands=[Command(0.1 * number, 0.6 if number < 4 else 0.2, 0.0, 0.0) for number in range(9)])
-    assert list(path_mistakes.measured(exercise.load(FOLDER / 'p_controller.yaml'), seen, ['commands'])) == [
+    assert list(path_mistakes.measured(exercise.load(EXERCISES['p_controller']), seen, ['commands'])) == [
         'linear.x is 0.6 in 4 of 9 commands, and not -0.5 to 0.5 m/s']
 
 
@@ -272,7 +271,7 @@ def test_where_a_velocity_changes(change, advice):
         value = 1.1 - 0.02 * (number % 45)
         seen.sensed.append(Sensed(0.1 * number, 'ahead', value))
         seen.commands.append(Command(0.1 * number + 0.05, math.copysign(0.2, value - change), 0.0, 0.0))
-    said = path_mistakes.found(exercise.load(FOLDER / 'bang_bang.yaml'), seen, ['keeps'])['keeps']
+    said = path_mistakes.found(exercise.load(EXERCISES['bang_bang']), seen, ['keeps'])['keeps']
     assert said[0].startswith(advice) if advice else said == []
 
 
@@ -294,7 +293,7 @@ def test_small_turn_speeds_are_not_taken_for_degrees():
     ('keep_distance', 'x', None)])
 def test_another_axis_of_the_marker(name, axis, advice):
     seen = Observed(source=f'error = marker.pose.pose.position.{axis} - GOAL\n')
-    said = path_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), seen, ['keeps'])['keeps']
+    said = path_mistakes.found(exercise.load(EXERCISES[name]), seen, ['keeps'])['keeps']
     assert said == ([advice] if advice else [])
 
 
@@ -304,7 +303,7 @@ def test_who_stays_at_a_wall(reads, advice):
     turtle = GradedTurtle(9.0, 5.0)
     turtle.drive(1.0, 0.1, 0.5).drive(9.0, 1.0)
     turtle.observed.connections |= {(name, 'subscribes') for name in reads}
-    one = exercise.load(FOLDER / 'square_by_topics.yaml')
+    one = exercise.load(EXERCISES['square_by_topics'])
     assert advice in path_mistakes.found(one, turtle.observed, ['draws'])['draws'][0]
 
 
@@ -312,7 +311,7 @@ def test_who_stays_at_a_wall(reads, advice):
 def test_a_robot_that_is_too_slow_for_its_way(speed, advice):
     seen = Observed(track=[Sample(0.0, 0.0, 0.0, 0.0)], commands=[Command(0.1, speed, 0.2, 0.0)])
     seen.commands += [Command(0.1 * number, speed, 0.0, 0.0) for number in range(2, 9)]
-    said = path_mistakes.found(exercise.load(FOLDER / 'between_posts.yaml'), seen, ['passes'])['passes']
+    said = path_mistakes.found(exercise.load(EXERCISES['between_posts']), seen, ['passes'])['passes']
     assert any('it is too slow: with 0.05 m/s' in hint for hint in said) == advice
 
 
@@ -326,7 +325,7 @@ def followed(*steps, leader=(), reads=()):
     observed = Observed(turtles={'turtle2': track}, connections={
         ('/turtle2/cmd_vel', 'publishes'), *((name, 'subscribes') for name in reads)})
     observed.track = [Sample(sample.t, *leader, 0.0) for sample in track if leader]
-    return path_mistakes.found(exercise.load(FOLDER / 'follow_turtle.yaml'), observed, ['follows'])['follows']
+    return path_mistakes.found(exercise.load(EXERCISES['follow_turtle']), observed, ['follows'])['follows']
 
 
 @pytest.mark.parametrize('steps, advice', [

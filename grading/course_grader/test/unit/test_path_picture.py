@@ -1,5 +1,4 @@
 """course_grader.formats.path_picture: the path, the part that counted, and nothing else."""
-import pathlib
 from xml.etree import ElementTree
 
 import cv2
@@ -9,10 +8,10 @@ import pytest
 from course_grader.formats import path_picture, report
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Event, Sample
+from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
-EXERCISES = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
-CIRCLE, SQUARE, STOP, MARKERS = (exercise.load(EXERCISES / f'{name}.yaml') for name in (
+CIRCLE, SQUARE, STOP, MARKERS = (exercise.load(EXERCISES[name]) for name in (
     'publish_circle', 'square_by_teleport', 'stop_at_x', 'print_marker_ids'))
 
 

@@ -1,7 +1,6 @@
 """course_grader.rules.random_stimuli: seeds differ in numbers, not in what they ask. 1,000 of them, without grading."""
 import itertools
 import math
-import pathlib
 
 import pytest
 import yaml
@@ -10,9 +9,9 @@ from course_grader.rules import exercise, random_stimuli, robot_sensors
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from unit_support.course_files import EXERCISES as FILES
 
-FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
-EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.yaml'))}
+EXERCISES = {name: exercise.load(path) for name, path in FILES.items()}
 SEEDS = range(1000)
 CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most
 BESIDE = 0.03  # [m] from the middle of a gate: there both posts are as near
@@ -138,7 +137,7 @@ def test_in_no_seed_two_legs_are_the_same_arc(one, number):
 
 
 def test_a_world_is_shifted_with_what_the_checks_ask_for():
-    one = exercise.parse({**yaml.safe_load((FOLDER / 'between_posts.yaml').read_text()),
+    one = exercise.parse({**yaml.safe_load(FILES['between_posts'].read_text()),
                           'shift': {'x': '1 m', 'y': '0.2 to 0.3 m'}})
     moved = random_stimuli.shifted(one, 7)
     by = moved.world['cylinders'][0]['y'] - one.world['cylinders'][0]['y']

@@ -13,6 +13,7 @@ from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.sectors import SCAN_HEIGHT, split
 from sim_scene.renderer import Renderer
+from unit_support.course_files import EXERCISES
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
 MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
@@ -168,7 +169,7 @@ def test_the_worlds_of_exercises_are_those_of_the_course():
     repository = pathlib.Path(__file__).resolve().parents[4]
     world = yaml.safe_load((repository / 'simulation/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
-        assert exercise.load(repository / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml').world == world
+        assert exercise.load(EXERCISES[name]).world == world
 
 
 TURNS = {'do': 'turns', 'for': '10 s'}

@@ -1,5 +1,4 @@
 """Exercises with several robots: what their files may say, where robots start, what counts for which one."""
-import pathlib
 
 import pytest
 
@@ -7,8 +6,9 @@ from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.formats import path_picture
 from course_grader.rules import exercise, judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Command, Observed, Sample
+from unit_support.course_files import EXERCISES
 
-TWO_ROBOTS = pathlib.Path(__file__).resolve().parents[2] / 'exercises' / 'two_robots.yaml'
+TWO_ROBOTS = EXERCISES['two_robots']
 STOP = {'check': 'stops', 'points': 100, 'x': '1 m'}
 GOOD = {'title': 'T', 'time': '10 s', 'simulator': 'robotont', 'checks': [{**STOP, 'robot': 'b'}],
         'robots': {'a': {'x': '0 to 1 m', 'y': '0 m'}, 'b': {'x': '3 m', 'y': '-1 to 1 m', 'theta': '180 deg'}}}

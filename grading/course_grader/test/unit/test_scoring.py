@@ -8,10 +8,11 @@ import yaml
 
 from course_grader.rules import exercise, registry, rules_output, scoring, symptoms
 from course_grader.rules.observation import Call, Event, Observed, OutputLine, ShownMarkers
+from plain_support import course
+from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
-FOLDER, SAMPLES = REPOSITORY / 'grading' / 'course_grader' / 'exercises', REPOSITORY / 'test' / 'data' / 'submissions'
 SERVICE = '/turtle1/gotoPose'
 
 
@@ -265,7 +266,7 @@ WRONG = [  # exercise, what is done, a part of the reasons or hints
 def graded(name, act):
     turtle = GradedTurtle(x=4.0, y=3.0)
     act(turtle)
-    made = exercise.load(FOLDER / f'{name}.yaml')
+    made = exercise.load(EXERCISES[name])
     return symptoms.advise(made, turtle.observed, scoring.decide(made, turtle.observed))
 
 
@@ -286,14 +287,11 @@ def test_wrong_nodes_fail_with_the_reason_or_hint(name, act, said):
 
 def test_every_exercise_has_a_right_sample_and_three_wrong_ones():
     """Samples are programs, which ``./run test grading/`` grades, or the simulated nodes of RIGHT and WRONG."""
-    programs = {folder.name: [path.name.partition('_')[0] for path in folder.iterdir()]
-                for folder in SAMPLES.iterdir()}
-    exercises = {path.stem for path in FOLDER.glob('*.yaml')}
-    assert set(programs) <= exercises
     simulated = [name for name, _, _ in WRONG]
-    wrong = {name: programs.get(name, []).count('wrong') + simulated.count(name) for name in exercises}
-    assert {name for name in exercises if wrong[name] < 3
-            or 'right' not in programs.get(name, []) and name not in RIGHT} == set()
+    for name, path in EXERCISES.items():
+        kinds = [sample.name.partition('_')[0] for sample in course.samples(path)]
+        assert kinds.count('wrong') + simulated.count(name) >= 3, name
+        assert 'right' in kinds or course.printed_answer(path) or name in RIGHT, name
 
 
 @pytest.mark.parametrize('event, said', [
@@ -397,7 +395,7 @@ def test_a_path_is_that_of_the_solution(legs, least, most, seen):
 
 
 def test_what_is_hidden_counts_and_is_not_told():
-    content = yaml.safe_load((FOLDER / 'stop_at_x.yaml').read_text())
+    content = yaml.safe_load((EXERCISES['stop_at_x']).read_text())
     content['checks'][1]['visible'] = 'after the deadline'
     turtle = GradedTurtle(x=4.0, y=3.0)
     stop_at(turtle, 8.0)

@@ -1,15 +1,14 @@
 """Similar programs of a class: copies are told, whatever their names and comments are."""
-import pathlib
 import re
 
 import pytest
 
 from course_grader.classes import similarity
 from course_grader.classes.submissions import Submission
+from unit_support.course_files import sample
 
-SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
-BY_POSES = (SAMPLES / 'follow_turtle' / 'right_by_poses.py').read_text()
-BY_TF = (SAMPLES / 'follow_turtle' / 'right_by_tf2.py').read_text()
+BY_POSES = sample('follow_turtle/right_by_poses.py').read_text()
+BY_TF = sample('follow_turtle/right_by_tf2.py').read_text()
 RENAMED = {'poses': 'positions', 'leader': 'first', 'follower': 'second', 'twist': 'cmd', 'angle': 'a',
            'publisher': 'p'}
 

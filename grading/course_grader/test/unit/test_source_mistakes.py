@@ -1,15 +1,14 @@
 """course_grader.rules.source_mistakes: what stands in a program's source, whatever it did."""
-import pathlib
 
 import pytest
 
 from course_grader.rules import source_mistakes
 
-SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
 HEAD = '''import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 from turtlesim.srv import SetPen, TeleportAbsolute, TeleportAbsoluteResponse
+from unit_support.course_files import programs
 rospy.init_node('a')
 '''
 
@@ -116,7 +115,7 @@ def test_a_program_that_is_no_node():
     assert 'rospy.init_node' in source_mistakes.found(source_mistakes.program(source))[0]
 
 
-@pytest.mark.parametrize('path', sorted(SAMPLES.glob('*/right_*.py')),
+@pytest.mark.parametrize('path', programs('right', '*.py'),
                          ids=lambda path: f'{path.parent.name}_{path.stem}')
 def test_right_programs_have_none(path):
     program = source_mistakes.program(path.read_text(encoding='utf-8'))

@@ -6,9 +6,9 @@ import pytest
 
 from course_grader.rules import source_mistakes, suspicions
 from course_grader.rules.observation import Command, Observed, Sample
+from unit_support.course_files import programs
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
-SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 PUBLISHER = 'pub = rospy.Publisher("/cmd_vel", Twist)\n'
 LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
 
@@ -104,8 +104,7 @@ def test_programs_of_the_course_are_not_suspected():
         assert [*source_mistakes.found(program), *suspicions.found(program, True)] == [], path
 
 
-@pytest.mark.parametrize('path', sorted(set(SAMPLES.glob('*/right_*.py')) - set(
-    SAMPLES.glob('*/right_busy_loop.py'))), ids=lambda path: f'{path.parent.name}_{path.stem}')
+@pytest.mark.parametrize('path', [path for path in programs('right', '*.py') if path.stem != 'right_busy_loop'], ids=lambda path: f'{path.parent.name}_{path.stem}')
 def test_right_programs_are_not_suspected(path):
     assert found(path.read_text(encoding='utf-8')) == []
 

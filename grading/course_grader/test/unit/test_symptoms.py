@@ -7,10 +7,10 @@ import yaml
 
 from course_grader.rules import exercise, path_mistakes, scoring, symptoms
 from course_grader.rules.observation import Command, Observed
+from unit_support.course_files import EXERCISES, sample
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
-FOLDER = REPOSITORY / 'grading' / 'course_grader' / 'exercises'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
 OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('/turtle1/set_pen', 'serves'),
           ('/turtle1/teleport_absolute', 'serves'), ('/turtle1/teleport_relative', 'serves'), ('/rosout', 'publishes')}
@@ -24,7 +24,7 @@ def advised(name, act=None, source='', trouble='', connections=()):
     observed = turtle.observed
     observed.others, observed.source, observed.trouble = OTHERS, source, trouble
     observed.connections |= set(connections)
-    one = exercise.load(FOLDER / f'{name}.yaml')
+    one = exercise.load(EXERCISES[name])
     return symptoms.advise(one, observed, scoring.decide(one, observed))
 
 
@@ -215,7 +215,7 @@ def test_a_path_that_is_repeated_is_told_in_numbers():
     own = len(turtle.observed.commands)
     turtle.wait(1.0).drive(1.0, 1.0, 0.5)
     del turtle.observed.commands[:own]  # the grader drove
-    one = exercise.load(FOLDER / 'record_and_play.yaml')
+    one = exercise.load(EXERCISES['record_and_play'])
     turtle.observed.connections.add(('/turtle1/pose', 'subscribes'))
     hint, = path_mistakes.measured(one, turtle.observed, ['repeats'])
     assert hint.endswith('its own is 0.99 m long, turns by 28 degrees and takes 1.0 s: sleep between two poses for the '
@@ -229,7 +229,7 @@ def test_a_path_of_the_same_length_needs_no_pauses():
     turtle.wait(1.0).drive(4.0, 0.73, -0.5)
     del turtle.observed.commands[:own]  # the grader drove
     turtle.observed.connections.add(('/turtle1/pose', 'subscribes'))
-    hint, = path_mistakes.measured(exercise.load(FOLDER / 'record_and_play.yaml'), turtle.observed, ['repeats'])
+    hint, = path_mistakes.measured(exercise.load(EXERCISES['record_and_play']), turtle.observed, ['repeats'])
     assert 'sleep' not in hint
 
 
@@ -237,7 +237,7 @@ def test_a_path_of_the_same_length_needs_no_pauses():
 def test_a_square_that_is_not_finished_in_time(timed_out, said):
     turtle = GradedTurtle(3.0, 3.0).drive(2.0, 0.5).drive(1.0, 0.0, math.pi / 2.0).drive(2.0, 0.5)
     turtle.observed.timed_out = timed_out
-    hint, = path_mistakes.measured(exercise.load(FOLDER / 'robot_square.yaml'), turtle.observed, ['draws'])
+    hint, = path_mistakes.measured(exercise.load(EXERCISES['robot_square']), turtle.observed, ['draws'])
     assert said in hint
 
 
@@ -261,7 +261,7 @@ def test_a_program_that_publishes_an_empty_message():
     ('keep_distance', '/cmd_vel', None, 'or faster than 10 m/s'), ('keep_distance', '/cmd_vel', 1, None),
     ('stop_at_x', '/turtle1/cmd_vel', None, 'no velocity of it'), ('follow_turtle', '/turtle2/cmd_vel', None, None)])
 def test_a_program_that_sends_no_velocity(name, topic, exit_code, told):
-    one = exercise.load(FOLDER / f'{name}.yaml')
+    one = exercise.load(EXERCISES[name])
     seen = Observed(connections={(topic, 'publishes')}, exit_code=exit_code)
     said = symptoms.advise(one, seen, scoring.decide(one, seen)).hints
     assert told in said[0] if told else 'no velocity of it' not in str(said)
@@ -269,7 +269,7 @@ def test_a_program_that_sends_no_velocity(name, topic, exit_code, told):
 
 def test_a_path_with_one_side():
     turtle = GradedTurtle(3.0, 3.0).drive(2.0, 0.5).drive(3.0, 0.0, 0.5)
-    hint, = path_mistakes.measured(exercise.load(FOLDER / 'robot_triangle.yaml'), turtle.observed, ['draws'])
+    hint, = path_mistakes.measured(exercise.load(EXERCISES['robot_triangle']), turtle.observed, ['draws'])
     assert 'one straight part of 1.00 m' in hint and 'then it only turns; a triangle has 3 equal sides' in hint
 
 
@@ -299,7 +299,7 @@ def test_what_the_solution_does_too_is_no_mistake(solution, advice):
     ("goal.target_pose.header.frame_id = 'base_link'\n", "frame_id = 'map' instead of 'base_link'"),
     ("goal.target_pose.header.frame_id = 'map'\nturn(math.sin(90 / 2))\n", 'angles are in radians')])
 def test_goals_that_are_written_wrong(source, told):
-    one = exercise.load(FOLDER / 'send_goals.yaml')
+    one = exercise.load(EXERCISES['send_goals'])
     observed = Observed(source=source)
     assert told in symptoms.advise(one, observed, scoring.decide(one, observed)).hints[0]
 
@@ -445,7 +445,7 @@ def test_wrong_symptoms_are_the_teachers_error(symptom, said):
 
 def test_every_predicate_is_known():
     assert set(symptoms.PREDICATES) == set(exercise.OF_A_SYMPTOM) - {'hint'}
-    assert symptoms.advise(exercise.load(FOLDER / 'stop_at_x.yaml'), Observed(),
+    assert symptoms.advise(exercise.load(EXERCISES['stop_at_x']), Observed(),
                            scoring.Verdict('undecided', 0.0, [], [])).hints == ()
 
 
@@ -453,7 +453,7 @@ def test_the_mistakes_of_the_bench_are_mistakes_in_samples():
     listed = yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))
     assert sum(map(len, listed.values())) >= 60 and len(listed['held_out']) >= len(listed['open'])
     for entry in listed['open'] + listed['held_out']:
-        text = (REPOSITORY / 'test' / 'data' / 'submissions' / entry['of']).read_text(encoding='utf-8')
+        text = sample(entry['of']).read_text(encoding='utf-8')
         assert all(str(old) in text and str(old) != str(new) for old, new in entry['change'].items()), entry
 
 
@@ -466,6 +466,6 @@ def test_what_it_commands_explains_the_path_that_it_drives():
 
 @pytest.mark.parametrize('name, rate, told', [('robot_forward', 1.0, False), ('robot_square', 1.0, True)])
 def test_pauses_that_the_task_asks_for_are_no_mistake(name, rate, told):
-    one = exercise.load(FOLDER / f'{name}.yaml')
+    one = exercise.load(EXERCISES[name])
     observed = Observed(commands=[Command(number / rate, -0.1, 0.0, 0.0) for number in range(10)], seconds=10.0)
     assert any('ten times per second' in hint for hint in path_mistakes.stops_in_between(one, observed)) is told

@@ -9,19 +9,19 @@ const NEAR = 0.15; // m between start and end of a path that is closed
 const JUMP = 0.5; // m beyond what the speed explains
 const STOPPED = 0.02; // m/s
 
-// step: [its sign, panels to open]
+// step: its sign
 export const RULES = {
-  1: ['a node publishes velocities for a turtle', ['turtle', 'graph']],
-  2: ['a node subscribes to the pose of a turtle', ['graph', 'topics']],
-  3: ['a node that also reads the pose has driven a turtle to x = 10, where it stands', ['turtle', 'plot']],
-  4: ['a node that also reads the pose has driven a turtle along a path that ends where it began', ['turtle', 'plot']],
-  5: ['there is a second turtle', ['services', 'turtle']],
-  6: ['a node offers the service gotoPose', ['services', 'turtle']],
-  7: ['a turtle is put to four positions while a program runs', ['turtle', 'console']],
-  8: ['a node subscribes to the markers that the tracker finds', ['image', 'topics']],
-  9: ['a node publishes velocities for the robot, and it moves', ['robot', 'plot']],
-  10: ['a node that also reads the odometry has driven the robot along a path that ends where it began', ['robot', 'plot']],
-  11: ['a node that also reads the markers drives the robot', ['robot', 'graph']],
+  1: 'a node publishes velocities for a turtle',
+  2: 'a node subscribes to the pose of a turtle',
+  3: 'a node that also reads the pose has driven a turtle to x = 10, where it stands',
+  4: 'a node that also reads the pose has driven a turtle along a path that ends where it began',
+  5: 'there is a second turtle',
+  6: 'a node offers the service gotoPose',
+  7: 'a turtle is put to four positions while a program runs',
+  8: 'a node subscribes to the markers that the tracker finds',
+  9: 'a node publishes velocities for the robot, and it moves',
+  10: 'a node that also reads the odometry has driven the robot along a path that ends where it began',
+  11: 'a node that also reads the markers drives the robot',
 };
 
 // Watches the system and poses; `done(number)` is called for each observed step, perhaps repeatedly.

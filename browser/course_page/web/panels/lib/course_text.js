@@ -1,27 +1,11 @@
-// The steps of docs/course.md and docs/course_next.md, read from these files: there is no other copy of the course.
+// The pages of the course, read from course/NN_name/README.md: there is no other copy of the course.
 
-const STEP = /^## (\d+)\. (.+)$/;
-const GOAL = /^\*\*(?:You will learn|Goal:)\*\* /;
 const TERMINAL = /\s+# terminal (\d+)\s*$/;
 
-// Return {title, before, steps}: the title of the page; the blocks before the first step; {number, title, goal, blocks} of each step.
-// A block is {kind, ...}: text {text}, list {items}, commands {commands: [{terminal, text}]}, output or code {text},
-// image {text, address}.
-export function parseCourse(markdown) {
-  const sections = [];
-  for (const line of markdown.split('\n')) {
-    if (line.startsWith('## ')) sections.push({head: line, lines: []});
-    else if (sections.length) sections[sections.length - 1].lines.push(line);
-  }
-  const steps = sections.filter(({head}) => STEP.test(head)).map(({head, lines}) => {
-    const [, number, title] = STEP.exec(head);
-    const blocks = parseBlocks(lines);
-    const goal = blocks.findIndex(({kind, text}) => kind === 'text' && GOAL.test(text));
-    return {number: Number(number), title, goal: goal < 0 ? '' : blocks.splice(goal, 1)[0].text.replace(GOAL, ''), blocks};
-  });
-  const first = markdown.split('\n## ')[0].split('\n');
-  const start = first.findIndex((line) => line.startsWith('**Before you begin.**'));
-  return {title: first[0].replace(/^# /, ''), before: start < 0 ? [] : parseBlocks(first.slice(start)).filter(({kind}) => kind === 'text').slice(0, 1), steps};
+// Return the blocks of a page below its heading: {kind, ...}: text {text}, heading {text}, list {items}, commands {commands:
+// [{terminal, text}]}, output or code {text}, image {text, address}.
+export function parseStep(markdown) {
+  return parseBlocks(markdown.split('\n').slice(1));
 }
 
 function parseBlocks(lines) {
@@ -43,6 +27,8 @@ function parseBlocks(lines) {
       } else {
         blocks.push({kind: fence[1] === 'text' ? 'output' : 'code', text: inner.join('\n')});
       }
+    } else if (line.startsWith('## ')) {
+      blocks.push({kind: 'heading', text: line.slice(3)});
     } else if (/^!\[/.test(line)) {
       const image = /^!\[([^\]]*)\]\(([^)]+)\)/.exec(line);
       if (image) blocks.push({kind: 'image', text: image[1], address: image[2]});
