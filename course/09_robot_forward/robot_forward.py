@@ -5,6 +5,7 @@ from geometry_msgs.msg import Twist
 rospy.init_node('robot_forward')
 publisher = rospy.Publisher('/cmd_vel', Twist, queue_size=1)
 velocity = Twist()
+# solution
 velocity.linear.x = 0.2
 rate = rospy.Rate(1)
 while not rospy.is_shutdown():
@@ -14,3 +15,4 @@ while not rospy.is_shutdown():
         rate.sleep()
     except rospy.ROSInterruptException:
         break
+# end of solution
