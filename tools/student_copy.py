@@ -2,9 +2,9 @@
 
 usage: student_copy.py TARGET
 
-What shows how an exercise is solved stays behind: the programs of this package, samples, tests, measurements, the demo.
-So does the history of Git. In the programs that the course prints, ``# your code`` stands for the lines that an exercise
-asks for, on the pages, too. Links of the pages to what is missing become plain text.
+What shows how an exercise is solved stays behind: the programs of this package, samples, tests, measurements, the
+demo. So does the history of Git. In the programs that the course prints, ``# your code`` stands for the lines that an
+exercise asks for, on the pages, too. Links of the pages to what is missing become plain text.
 """
 import pathlib
 import re
@@ -14,6 +14,7 @@ import sys
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(REPOSITORY / 'support' / 'plain_support' / 'src'))
 from plain_support import course  # noqa: E402
+
 COPIED = (  # files, and folders with all that is in them
     'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
     'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',

@@ -3,7 +3,7 @@
 # shellcheck shell=bash
 : "${repo:?}" "${typed=}"
 
-debian_packages=(bash-completion bubblewrap g++ make cmake pybind11-dev python3-cairo python3-cbor2 python3-dev
+debian_packages=(bash-completion bubblewrap g++ make cmake nano pybind11-dev python3-cairo python3-cbor2 python3-dev
   python3-jinja2 python3-psutil python3-tk python3-tornado python3-venv)
 debian_ros_packages=(
   catkin catkin-tools ros-environment rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev

@@ -25,8 +25,9 @@ from pathlib import Path
 import cv2
 import page
 import pictures
-from plain_support import course
 from terminal import Terminal, TerminalError
+
+from plain_support import course
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 COURSE = REPOSITORY / 'course'
@@ -212,7 +213,7 @@ def pages_before(path):
 
 
 def prepare(before, home, desk):
-    """Make what a reader has after the steps in the folders ``before``: a workspace, and the programs of these steps."""
+    """Make what a reader has after the steps in the folders ``before``: a workspace, and the programs of the steps."""
     text = (before[1] / 'README.md').read_text(encoding='utf-8')
     block = next(block for block in page.BLOCK.findall(text) if 'catkin_create_pkg' in block[1])
     terminal = desk.terminal(home, True)
@@ -241,7 +242,8 @@ def follow(paths, workspace, folder, in_browser):
     else:
         desk = Desk(environment)
     actions = [(path, action) for path in paths for action in page.actions(path.read_text(encoding='utf-8'))]
-    shown = {_without_numbers(line) for _, action in actions if isinstance(action, page.Output) for line in action.lines}
+    shown = {_without_numbers(line) for _, action in actions if isinstance(action, page.Output)
+             for line in action.lines}
     reader, wrong, action = Reader(home, desk, shown), [], 'the start'
     try:
         before = pages_before(paths[0])

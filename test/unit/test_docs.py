@@ -157,7 +157,8 @@ def test_every_exercise_is_described():
 
 
 def test_worlds_of_the_course_are_those_of_exercises():
-    worlds = [world for page in STEPS for world in re.findall(r'^```yaml\n(.*?)^```$', text_of(page), re.MULTILINE | re.DOTALL)]
+    worlds = [world for page in STEPS
+              for world in re.findall(r'^```yaml\n(.*?)^```$', text_of(page), re.MULTILINE | re.DOTALL)]
     graded = [exercise.load(path).world for path in EXERCISES.values()]
     assert worlds and all(yaml.safe_load(world) in graded for world in worlds)
 

@@ -47,7 +47,8 @@ KINDS = {  # kind: (ending, contents, how it is read, its error)
     'world': ('.yaml', texts('simulation/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
               worlds.WorldError),
     'sdf': ('.world', [SDF], lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
-    'exercise': ('.yaml', [path.read_text(encoding='utf-8') for path in EXERCISES.values()], exercise.load, exercise.ExerciseError),
+    'exercise': ('.yaml', [path.read_text(encoding='utf-8') for path in EXERCISES.values()], exercise.load,
+                 exercise.ExerciseError),
     'calibration': ('.yaml', [CAMERA], calibration.read, calibration.CalibrationError),
     'bundle': ('.xml', texts('vision/ar_track_alvar/bundles/*.xml'), bundles.read, bundles.BundleError),
 }

@@ -9,7 +9,7 @@ EXERCISES = course.exercises(COURSE)  # {name: file}
 
 
 def sample(name):
-    """Return the path of a sample, or of a printed program: ``stop_at_x/right_if_else.py``, ``stop_at_x/stop_at_x.py``."""
+    """Return the path of a sample such as ``stop_at_x/right_if_else.py``, or of a printed program."""
     exercise, _, file = name.partition('/')
     folder = EXERCISES[exercise].parent
     return next(path for path in (folder / 'samples' / exercise / file, folder / file) if path.exists())

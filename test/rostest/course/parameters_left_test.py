@@ -36,8 +36,8 @@ class ParametersLeftTest(unittest.TestCase):
         self.addCleanup(robot.stop)
         until(lambda: '/robotont_gazebo' in rosnode.get_node_names(), 'the robot')
         for arguments, drawn in DRIVES:
-            done = subprocess.run([DRIVE_SHAPE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                  timeout=STEP_DEADLINE, check=False)
+            done = subprocess.run([DRIVE_SHAPE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                  text=True, timeout=STEP_DEADLINE, check=False)
             self.assertEqual(0, done.returncode, done.stdout)
             self.assertIn(f'Drawing: {drawn}', done.stdout)
             self.assertNotIn(OLD, done.stdout)

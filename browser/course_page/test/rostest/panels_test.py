@@ -25,8 +25,8 @@ from std_msgs.msg import Int32, String
 from std_srvs.srv import Trigger, TriggerResponse
 
 from alvar_core import drawing
-from rospy_support import images
 from plain_support import course
+from rospy_support import images
 from rostest_support import browser
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
 

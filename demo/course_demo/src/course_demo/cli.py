@@ -24,7 +24,7 @@ GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
 
 
 class Step(NamedTuple):
-    """What the demo plays of a step of the course: the entry ``demo`` of its step.yaml, with the function that plays it.
+    """What the demo plays of a step of the course: an entry ``demo`` of its step.yaml, with the function that plays it.
 
     ``turtle``: it moves a turtle, which is reset before and shown in a picture afterwards; the others save pictures
     with ``DemoHarness.keep``.
@@ -40,8 +40,9 @@ class Step(NamedTuple):
 
 def steps():
     """Return the Steps of the course, in its order."""
-    return [Step(step.number, one.title, one.asks, one.types, {**TURTLE_PLAYS, **ROBOT_PLAYS}[one.plays],
-                 one.plays in TURTLE_PLAYS) for step in course_steps.steps(course_steps.installed()) for one in step.demo]
+    plays = {**TURTLE_PLAYS, **ROBOT_PLAYS}
+    return [Step(step.number, one.title, one.asks, one.types, plays[one.plays], one.plays in TURTLE_PLAYS)
+            for step in course_steps.steps(course_steps.installed()) for one in step.demo]
 
 
 class OutOfTimeError(Exception):

@@ -126,7 +126,8 @@ def _sheet(arguments):
     options = parser.parse_args(arguments)
     if options.student is None:
         steps = course.steps(course.installed())
-        say(sheet.markdown(steps, {path: exercise.load(path) for step in steps for path in course.exercises_of(step.folder)}))
+        files = [path for step in steps for path in course.exercises_of(step.folder)]
+        say(sheet.markdown(steps, {path: exercise.load(path) for path in files}))
         return exit_codes.OF_OUTCOME[scoring.PASSED]
     if not options.exercises:
         parser.error('the exercises are missing, such as: ./run grade --sheet "Anna Berg" stop_at_x')

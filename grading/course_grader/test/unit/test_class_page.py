@@ -1,6 +1,5 @@
 """course_grader.classes.class_page in a real browser: what a teacher sees, filters, sorts and prints."""
 import os
-import pathlib
 import re
 import subprocess
 import sys

@@ -9,7 +9,6 @@ from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
 
-
 def found(name, act, check='draws', start=(3.0, 3.0)):
     """Return the advice on a check for the motion of a turtle in an exercise."""
     turtle = GradedTurtle(*start)

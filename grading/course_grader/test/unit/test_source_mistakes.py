@@ -1,14 +1,13 @@
 """course_grader.rules.source_mistakes: what stands in a program's source, whatever it did."""
-
 import pytest
 
 from course_grader.rules import source_mistakes
+from unit_support.course_files import programs
 
 HEAD = '''import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 from turtlesim.srv import SetPen, TeleportAbsolute, TeleportAbsoluteResponse
-from unit_support.course_files import programs
 rospy.init_node('a')
 '''
 

@@ -104,7 +104,8 @@ def test_programs_of_the_course_are_not_suspected():
         assert [*source_mistakes.found(program), *suspicions.found(program, True)] == [], path
 
 
-@pytest.mark.parametrize('path', [path for path in programs('right', '*.py') if path.stem != 'right_busy_loop'], ids=lambda path: f'{path.parent.name}_{path.stem}')
+@pytest.mark.parametrize('path', [path for path in programs('right', '*.py') if path.stem != 'right_busy_loop'],
+                         ids=lambda path: f'{path.parent.name}_{path.stem}')
 def test_right_programs_are_not_suspected(path):
     assert found(path.read_text(encoding='utf-8')) == []
 

@@ -69,7 +69,8 @@ def steps(course: pathlib.Path) -> List[Step]:
             says: Dict[str, Any] = documents.read_yaml(folder / STEP_FILE)
             lists = {key: tuple(says.pop(key, ())) for key in ('new', 'panels')}
             demo = tuple(Demo(**one) for one in says.pop('demo', ()))
-            found.append(Step(number=f'{int(match.group(1))}{match.group(2)}', folder=folder, demo=demo, **lists, **says))
+            number = f'{int(match.group(1))}{match.group(2)}'
+            found.append(Step(number=number, folder=folder, demo=demo, **lists, **says))
     return found
 
 
@@ -89,7 +90,8 @@ def exercises(course: pathlib.Path) -> Dict[str, pathlib.Path]:
 
 def printed_answer(exercise: pathlib.Path) -> Optional[pathlib.Path]:
     """Return the program that the page of a step prints, if it is an answer to the exercise in this file."""
-    return next((path for path in (exercise.with_suffix('.py'), exercise.with_suffix('.launch')) if path.is_file()), None)
+    answers = exercise.with_suffix('.py'), exercise.with_suffix('.launch')
+    return next((path for path in answers if path.is_file()), None)
 
 
 def samples(exercise: pathlib.Path) -> List[pathlib.Path]:

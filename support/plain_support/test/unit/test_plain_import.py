@@ -1,5 +1,5 @@
-"""plain_support runs with plain python3: no ROS, no site-packages. Only ``documents`` and ``course`` take yaml, ``processes``
-psutil."""
+"""plain_support runs with plain python3: no ROS, no site-packages. Only ``documents`` and ``course`` take yaml,
+``processes`` psutil."""
 import pathlib
 import shutil
 import subprocess
