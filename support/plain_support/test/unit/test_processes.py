@@ -51,8 +51,7 @@ def first_line(process):
 def other_with_number(pid):
     """Return a psutil.Process with the number of a living process that started at another time."""
     process = psutil.Process(pid)
-    process._create_time -= 100.0
-    process._ident = (pid, process._create_time)
+    process._ident = (pid, process.create_time() - 100.0)
     return process
 
 
