@@ -165,7 +165,8 @@ def test_client_that_breaks_the_rules_learns_why(data, code, caplog):
         await until(lambda: 'ended' in log)
         assert [one for one in log if isinstance(one, str)] == ['before', 'drained', 'ended']
     served(work)
-    assert not [record for record in caplog.records if record.exc_info]
+    errors = [record.exc_info[1] for record in caplog.records if record.exc_info]
+    assert all(isinstance(error, asyncio.CancelledError) for error in errors), errors  # of those that ``served`` ends
 
 
 def test_compressed_messages():
