@@ -96,7 +96,7 @@ def unwritten(error: OSError, instead: str) -> str:
 
 @contextlib.contextmanager
 def _new_file(path: str, content: Content) -> Iterator[str]:
-    """Write a file next to ``path``, yield its name, and remove it unless it was renamed; raise OSError for ``path``."""
+    """Write a file next to ``path``, yield its name, and remove it unless it was renamed; raise OSError."""
     folder, name = os.path.split(os.path.realpath(path))
     new = os.path.join(folder, f'.{name[:STEM]}.{secrets.token_hex(8)}.part')
     try:
