@@ -34,6 +34,8 @@ def write_together(contents: Mapping[str, Content]) -> None:
     """Write files {path: content} that belong together: if one cannot be written, none is replaced. Raise OSError."""
     with contextlib.ExitStack() as stack:
         new = {path: stack.enter_context(_new_file(path, content)) for path, content in contents.items()}
+        for folder in filter(os.path.isdir, contents):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(folder))
         for path, written in new.items():
             with contextlib.suppress(OSError):
                 os.chmod(written, stat.S_IMODE(os.stat(path).st_mode))  # the same mode as the previous file
