@@ -5,10 +5,12 @@ usage: student_copy.py TARGET
 What shows how an exercise is solved stays behind: the course's programs and pages, samples, tests, measurements, the
 demo. So does the history of Git. Links of the pages to what is missing become plain text.
 """
+import os
 import pathlib
 import re
 import shutil
 import sys
+import tempfile
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
 COPIED = (  # files, and folders with all that is in them
@@ -50,12 +52,28 @@ def main():
     try:
         copy(target)
     except FileExistsError:
-        sys.exit(f'./run link: {target} exists already; remove it, or choose another workspace')
+        sys.exit(f'./run link: {target} exists already, perhaps with programs of yours in it. Move it out of the '
+                 f'workspace (mv {target} ~), or choose another workspace')
+    except OSError as error:
+        why = error.strerror or error.args[0][0][2]  # of shutil.copytree, which lists all its errors
+        sys.exit(f'./run link: {target} cannot be written: {why}. Nothing of it was left there. Make room on the disk '
+                 f'(df -h {target.parent} says how much is left), or choose another workspace')
 
 
 def copy(target):
-    """Copy the repository; raise FileExistsError if the target exists, or OSError."""
-    target.mkdir(parents=True)
+    """Copy the repository, completely or not at all; raise FileExistsError if the target exists, or OSError."""
+    if os.path.lexists(target):
+        raise FileExistsError(target)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix='.turtle_robotont_', dir=target.parent) as folder:
+        new = pathlib.Path(folder, target.name)
+        _fill(new)
+        new.rename(target)
+
+
+def _fill(target):
+    """Copy the repository into a new folder."""
+    target.mkdir()
     for name in COPIED:
         source, copied = REPOSITORY / name, target / name
         copied.parent.mkdir(parents=True, exist_ok=True)
