@@ -65,7 +65,8 @@ def test_mistakes_are_named_before_anything_is_graded(tmp_path, text, said):
     assert said in str(error.value)
 
 
-@pytest.mark.parametrize('name', ['grades.csv', 'scores.csv', 'index.html', 'similar/a.txt', 'pages/anna.html', 'moodle.csv'])
+@pytest.mark.parametrize('name', ['grades.csv', 'scores.csv', 'index.html', 'similar/a.txt', 'pages/anna.html',
+                                  'moodle.csv'])
 def test_files_of_the_teacher_are_not_replaced_by_those_of_a_class(tmp_path, name):
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text('of last year')
