@@ -68,7 +68,9 @@ def turtle_starts(values):
         return node._start()
 
 
-START = st.fixed_dictionaries({}, optional={'x': spans('m'), 'y': spans('m'), 'theta': spans('deg')})
+LENGTHS = st.one_of(st.sampled_from(['0 to 11.0889 m', '11.0889 m', '0 m', '2.5 to 3 m']), spans('m'))  # mostly right
+HEADINGS = st.one_of(st.integers(-800, 800).map('{} deg'.format), st.just('0 to 360 deg'), spans('deg'))
+START = st.fixed_dictionaries({}, optional={'x': LENGTHS, 'y': LENGTHS, 'theta': HEADINGS})
 
 
 @given(START, st.integers(1, 9999))
