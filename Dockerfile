@@ -3,11 +3,12 @@ FROM debian:13
 
 SHELL ["/bin/bash", "-euo", "pipefail", "-c"]
 ENV LANG=C.UTF-8
+# The number of the user stays, because a volume of an earlier image belongs to it.
 # hadolint ignore=DL3008
 RUN apt-get update \
  && apt-get install -y --no-install-recommends ca-certificates git less nano \
  && rm -rf /var/lib/apt/lists/* \
- && useradd --create-home --shell /bin/bash student
+ && useradd --create-home --uid 1000 --shell /bin/bash student
 
 # The Debian packages are a layer of their own, which a change of the course does not renew.
 WORKDIR /workspaces/turtle_robotont
@@ -22,7 +23,8 @@ ENV TURTLE_ROBOTONT_WS=/home/student/workspace/turtle_robotont
 ENV TURTLE_ROBOTONT_ADDRESS=0.0.0.0
 RUN PIP_NO_CACHE_DIR=1 ./run build \
  && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q browser demo grading lessons navigation scripts simulation src support vision \
- && chown -R student: /home/student
+ && mkdir output \
+ && chown -R student: /home/student output
 
 USER student
 EXPOSE 8000

@@ -7,6 +7,7 @@
 # as env.bash.
 # shellcheck disable=SC2120
 enter_workspace() {
+  ! has_default_master || unset ROS_MASTER_URI
   unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH CMAKE_PREFIX_PATH PKG_CONFIG_PATH ROS_PACKAGE_PATH ROS_ROOT ROS_ETC_DIR
   unset ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION ROS_TEST_RESULTS_DIR AMENT_PREFIX_PATH COLCON_PREFIX_PATH PYTEST_ADDOPTS
   unset PYTHONDONTWRITEBYTECODE # many container images set it: each node and grading would compile its modules again
@@ -23,6 +24,38 @@ enter_workspace() {
     . "$ros_dir/setup.bash"
   fi
   export PATH="$ws/bin:$ws/venv/bin:$PATH"
+}
+
+# Whether ROS_MASTER_URI has the value that every setup.bash gives it, and nobody else has set it: not the user in a
+# ./run shell, and no file that a terminal starts with.
+has_default_master() {
+  [ "${ROS_MASTER_URI:-}" = http://localhost:11311 ] && [ -n "${ROS_DISTRO:-}" ] && [ "${VIRTUAL_ENV:-}" != "$ws/venv" ] &&
+    ! grep -qs '^[^#]*ROS_MASTER_URI' ~/.bashrc ~/.bash_aliases ~/.bash_profile ~/.bash_login ~/.profile ~/.zshrc \
+      ~/.zshenv /etc/environment /etc/profile /etc/profile.d/*.sh /etc/bash.bashrc
+}
+
+# enter_overlays PREFIXES PACKAGES: sources the user's catkin workspaces of a CMAKE_PREFIX_PATH on top of this one, and
+# puts the other folders of a ROS_PACKAGE_PATH before its own. Each alone: what they were built on may be another ROS.
+enter_overlays() {
+  local prefixes packages path number
+  IFS=: read -ra prefixes <<<"$1"
+  for ((number = ${#prefixes[@]} - 1; number >= 0; number--)); do
+    path=${prefixes[number]}
+    # shellcheck disable=SC1091
+    if is_own "$path" && [ -f "$path/.catkin" ] && [ -f "$path/setup.bash" ]; then . "$path/setup.bash" --extend --local; fi
+  done
+  IFS=: read -ra packages <<<"$2"
+  for ((number = ${#packages[@]} - 1; number >= 0; number--)); do
+    path=${packages[number]}
+    case ":${ROS_PACKAGE_PATH:-}:" in *":$path:"*) continue ;; esac
+    if is_own "$path" && [ -d "$path" ]; then export ROS_PACKAGE_PATH="$path${ROS_PACKAGE_PATH:+:$ROS_PACKAGE_PATH}"; fi
+  done
+}
+
+# Whether a folder belongs to the user: not to a ROS, nor to the workspace of a ./run.
+is_own() {
+  case $1 in "" | /usr | /usr/* | /opt/ros/* | "${ros_dir:-/usr}" | "${ros_dir:-/usr}"/* | "$ws"/*) return 1 ;; esac
+  [ ! -f "$1/../env.bash" ] || ! grep -q enter_turtle_robotont "$1/../env.bash"
 }
 
 # The port of this user's master in this workspace, chosen once: with ROS's own, 11311, all users of a machine would share
@@ -84,14 +117,19 @@ find_temporary_room() {
   export TMPDIR="$ws/tmp"
 }
 
-# env.bash brings any bash into the workspace; shell.bash starts the one of ./run shell.
+# env.bash brings any bash into the workspace, with the user's own workspaces that it has sourced before (unless
+# turtle_robotont_alone is set); shell.bash starts the one of ./run shell.
 write_shell_files() {
+  local functions=(enter_workspace has_default_master enter_overlays is_own find_temporary_room master_port)
   rosbash >"$ws/rosbash.bash"
   {
     printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
-    declare -f enter_workspace find_temporary_room master_port
-    printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
-    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace find_temporary_room master_port'
+    declare -f "${functions[@]}"
+    printf 'enter_turtle_robotont() {\n  local ws=%q ros_dir=%q\n' "$ws" "$ros_dir"
+    echo '  local prefixes=${CMAKE_PREFIX_PATH:-} packages=${ROS_PACKAGE_PATH:-}'
+    echo '  enter_workspace'
+    echo '  [ -n "${turtle_robotont_alone:-}" ] || enter_overlays "$prefixes" "$packages"'
+    printf '}\nenter_turtle_robotont; unset -f enter_turtle_robotont %s\n' "${functions[*]}"
     printf '. %q\n' "$ws/rosbash.bash"
     echo '# The texts of all programs say ./run: here it works in every folder, as run does.'
     echo './run() { if [ -x ./run ]; then command ./run "$@"; else run "$@"; fi; }'

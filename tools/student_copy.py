@@ -6,10 +6,12 @@ What shows how an exercise is solved stays behind: the programs of this package,
 demo. So does the history of Git. In the programs that the course prints, ``# your code`` stands for the lines that an
 exercise asks for, on the pages, too. Links of the pages to what is missing become plain text.
 """
+import os
 import pathlib
 import re
 import shutil
 import sys
+import tempfile
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(REPOSITORY / 'support' / 'plain_support' / 'src'))
@@ -57,12 +59,28 @@ def main():
     try:
         copy(target)
     except FileExistsError:
-        sys.exit(f'./run link: {target} exists already; remove it, or choose another workspace')
+        sys.exit(f'./run link: {target} exists already, perhaps with programs of yours in it. Move it out of the '
+                 f'workspace (mv {target} ~), or choose another workspace')
+    except OSError as error:
+        why = error.strerror or error.args[0][0][2]  # of shutil.copytree, which lists all its errors
+        sys.exit(f'./run link: {target} cannot be written: {why}. Nothing of it was left there. Make room on the disk '
+                 f'(df -h {target.parent} says how much is left), or choose another workspace')
 
 
 def copy(target):
-    """Copy the repository; raise FileExistsError if the target exists, or OSError."""
-    target.mkdir(parents=True)
+    """Copy the repository, completely or not at all; raise FileExistsError if the target exists, or OSError."""
+    if os.path.lexists(target):
+        raise FileExistsError(target)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix='.turtle_robotont_', dir=target.parent) as folder:
+        new = pathlib.Path(folder, target.name)
+        _fill(new)
+        new.rename(target)
+
+
+def _fill(target):
+    """Copy the repository into a new folder."""
+    target.mkdir()
     for name in COPIED:
         source, copied = REPOSITORY / name, target / name
         copied.parent.mkdir(parents=True, exist_ok=True)

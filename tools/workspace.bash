@@ -32,6 +32,8 @@ not_offered='Not offered by apt: '
 other_systems=("With Docker, type in the folder $repo: docker compose run --rm course ./run demo"
   "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo")
 default_parent=${HOME:-}/.cache/turtle_robotont
+products=(build devel venv terminal bin tmp ros_home test_results env.bash shell.bash rosbash.bash run.log
+  .built .unfinished .venv_made .users .catkin_workspace '.master_port.*')  # what ./run makes in a workspace, besides src
 debian_prefix=/usr
 beside_debian=' cv_bridge '  # stand-ins that stay where Debian's package is: libcv-bridge-dev has no Python part
 
@@ -51,6 +53,7 @@ step() {
   (
     trap 'exit 130' INT
     export LC_ALL=C.UTF-8
+    umask go+rx  # graded programs of root run as other users
     "${@:3}"
   ) >>"$log" 2>&1 9>&- || code=$?
   trap - INT
@@ -190,16 +193,19 @@ forget_lost_workspaces() {
   done
 }
 
-# discard_workspace FOLDER: removes it, except packages of the user's own in its src.
+# discard_workspace FOLDER: removes what ./run has made there, and nothing else: src has packages of the user's own, the
+# folder their bags and maps.
 discard_workspace() {
-  find "$1" -mindepth 1 -maxdepth 1 ! -name src ! -name .checkout ! -name .lock -exec rm -rf {} +
-  remove_links "$1/src"
-  remove_stale_links "$1/src"
-  if [ ! -d "$1/src" ] || rmdir "$1/src" 2>/dev/null; then
-    rm -rf "$1"
-  else
-    say "Your own packages are still in $1/src: $(find "$1/src" -mindepth 1 -maxdepth 1 -printf '%f ')"
+  local name
+  for name in "${products[@]}"; do rm -rf "${1:?}"/$name; done  # not quoted: some are patterns
+  if [ -d "$1/src" ]; then
+    remove_links "$1/src"
+    remove_stale_links "$1/src"
+    rmdir "$1/src" 2>/dev/null || say "Your own packages are still in $1/src: $(find "$1/src" -mindepth 1 -maxdepth 1 -printf '%f ')"
   fi
+  name=$(find "$1" -mindepth 1 -maxdepth 1 ! -name src ! -name .checkout ! -name .lock -printf '%f ')
+  [ -z "$name" ] || say "Your own files are still in $1: $name"
+  if [ -z "$name" ] && [ ! -e "$1/src" ]; then rm -rf "$1"; fi
 }
 
 # programs_of_workspace: the programs that run with files of it, which open shells do not.
@@ -389,9 +395,17 @@ our_packages() {
   done
 }
 
+# The system that programs are compiled for: a new release, in an image or by apt, has other libraries and another Python.
+system_stamp() (
+  # shellcheck disable=SC1091
+  . /etc/os-release
+  echo "system  system=${ID:-}-${VERSION_CODENAME:-}:$(readlink -f /usr/bin/python3)"
+)
+
 # Everything that the build depends on, one `hash  name` a line.
 build_stamp() (
   echo "ros  ros=$ros_dir"
+  system_stamp
   echo "workspace  workspace=$ws"
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
   cd "$repo" || return
@@ -434,7 +448,8 @@ build_workspace() {
   local name before=$ws/.built
   [ -f "$before" ] || before=$ws/.unfinished
   touch "$ws/.unfinished"
-  if grep -qxF "ros  ros=$ros_dir" "$before" && grep -qxF "workspace  workspace=$ws" "$before"; then
+  if grep -qxF "ros  ros=$ros_dir" "$before" && grep -qxF "workspace  workspace=$ws" "$before" &&
+    { ! grep -q '^system  ' "$before" || grep -qxF "$(system_stamp)" "$before"; }; then  # stamps of 0.2.0 have no system
     gone_packages "$before" | while read -r name; do forget_products "$name"; done
   else
     rm -rf "$ws/build" "$ws/devel"
@@ -454,6 +469,7 @@ build_workspace() {
     catkin_make -C "$ws" --force-cmake -j"$(nproc)" -D{PYTHON,Python}_EXECUTABLE="$ws/venv/bin/python3" || exit
     # A graded program cannot write there.
     "$ws/venv/bin/python3" -m compileall -q "$ws/devel/lib/python3/dist-packages" || true
+    chmod -R go+rX "$ws/devel" "$ws/venv" || true  # they may have been made with a umask of 077
   ) && mv "$ws/.unfinished" "$ws/.built"
 }
 

@@ -80,13 +80,32 @@ def test_what_the_container_starts_is_a_page_that_its_port_leads_to():
     assert str(variable('TURTLE_ROBOTONT_ADDRESS')) == '0.0.0.0'
 
 
+def test_the_whole_home_is_a_volume_that_is_found_again():
+    """~/ros_ws, bags and maps as well as the workspace; a volume without a name would go with its container."""
+    home = f'/home/{instructions("USER")[-1]}'
+    assert f'home:{home}' in COURSE['volumes'] and 'home' in COMPOSE['volumes']
+    assert COMPOSE['name'] == 'turtle_robotont'  # else the name of the volume begins with that of the clone's folder
+    mount, = DEVCONTAINER['mounts']
+    source, target, kind = mount.split(',')
+    assert (target, kind) == (f'target={home}', 'type=volume')
+    assert source.startswith('source=turtle_robotont-home-') and '${devcontainerId}' in source  # stays in a rebuild
+    assert '--uid 1000 ' in DOCKERFILE  # of the files in a volume that an earlier image has filled
+
+
 def test_the_workspace_that_the_image_built_lies_in_the_volume():
     workspace = variable('TURTLE_ROBOTONT_WS')
-    assert f'workspace:{workspace.parent}' in COURSE['volumes'] and 'workspace' in COMPOSE['volumes']
-    mount, = DEVCONTAINER['mounts']
-    assert f'target={workspace.parent},type=volume' in mount
+    assert workspace.parent.parent == pathlib.PurePosixPath(f'/home/{instructions("USER")[-1]}')
     there = DEVCONTAINER['containerEnv']['TURTLE_ROBOTONT_WS']
     assert there == f'{workspace.parent}/${{containerWorkspaceFolderBasename}}'
+
+
+
+
+def test_the_folder_of_the_results_is_in_the_clone_and_belongs_to_who_cloned():
+    """Docker makes a missing folder as root, whose files neither the container nor the host can write."""
+    assert (REPOSITORY / 'output' / '.gitignore').read_text().split() == ['*', '!.gitignore']
+    assert 'output' not in (REPOSITORY / '.gitignore').read_text()  # nothing below an ignored folder can be kept
+    assert re.search(r'chown -R student: .*\boutput\b', DOCKERFILE)  # of an image that is started without compose
 
 
 def test_the_checkout_is_where_the_image_has_it():

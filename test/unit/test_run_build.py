@@ -11,6 +11,7 @@ from rostest_support.waiting import until
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '
+STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" '
 DEADLINE = 30.0  # [s] for what takes less than one
 
 
@@ -89,6 +90,20 @@ def test_a_script_that_is_gone_takes_only_its_package_along(small):
     assert [path.exists() for path in others] == [False, True, True]
 
 
+def test_what_was_built_with_another_umask_can_be_read_by_the_users_of_graded_programs(small):
+    run, folder = small
+    assert run('umask 077; build_workspace').returncode == 0
+    modules = folder / 'ws' / 'devel' / 'lib' / 'python3' / 'dist-packages' / 'alvar'
+    assert [path.stat().st_mode & 0o777 for path in (modules, modules / 'module.py')] == [0o755, 0o644]
+
+
+@pytest.mark.parametrize('umask, mode', [('077', 0o644), ('027', 0o644), ('002', 0o664)])
+def test_a_step_makes_files_that_other_users_can_read(tmp_path, umask, mode):
+    subprocess.run(['bash', '-euc', f'umask {umask}; {STEP} touch $1/made', REPOSITORY, tmp_path], check=True,
+                   env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, stderr=subprocess.DEVNULL)
+    assert (tmp_path / 'made').stat().st_mode & 0o777 == mode
+
+
 @pytest.mark.parametrize('change, kept', [('', True), ('ros_dir=$ros_dir/../ros;', False)])
 def test_a_build_that_failed_continues_where_it_stopped(small, change, kept):
     run, folder = small
@@ -119,9 +134,6 @@ def test_who_waits_is_told_for_whom(tmp_path):
             demo.stdin.close()
             assert build.stdout.readline() == 'locked\n'
             assert build.wait() == 0
-
-
-STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" '
 
 
 def test_a_step_that_is_interrupted_has_not_failed(tmp_path):
@@ -195,3 +207,79 @@ def test_compiled_modules_are_kept_whatever_the_shell_says(small):
                  'echo "${PYTHONDONTWRITEBYTECODE-unset}"')
     assert result.stdout.splitlines()[-1] == 'unset', result.stderr
     assert list((folder / 'ws' / 'devel').glob('lib/python3/dist-packages/alvar/__pycache__/module.*.pyc'))
+
+
+@pytest.mark.parametrize('release', ['ID=debian\nVERSION_CODENAME=forky\n', 'ID=debian\nVERSION_CODENAME=bookworm\n'])
+def test_a_workspace_of_another_system_is_built_anew_beside_the_packages_in_it(small, release):
+    """A new image, or a Debian that was upgraded, gets a workspace whose compiled modules its Python cannot import."""
+    run, folder = small
+    (folder / 'os-release').write_text('ID=debian\nVERSION_CODENAME=trixie\n')
+    elsewhere = f'eval "$(declare -f system_stamp | sed s#/etc/os-release#{folder}/os-release#)"; '
+    assert run(f'{elsewhere} build_workspace; is_built').returncode == 0
+    compiled = folder / 'ws' / 'build' / 'alvar' / 'compiled'
+    compiled.write_text('')
+    (folder / 'ws' / 'src' / 'topic_demo').mkdir()
+    assert run(f'{elsewhere} build_workspace; is_built').returncode == 0 and compiled.exists()
+    (folder / 'os-release').write_text(release)
+    assert run(f'{elsewhere} is_built').returncode == 1
+    assert run(f'{elsewhere} build_workspace; is_built').returncode == 0
+    assert not compiled.exists() and (folder / 'ws' / 'src' / 'topic_demo').is_dir()
+
+
+def test_a_workspace_of_another_python_is_built_anew(small):
+    run, folder = small
+    assert run('build_workspace; is_built').returncode == 0
+    other = 'readlink() { [ "$2" = /usr/bin/python3 ] && echo /usr/bin/python3.99 || command readlink "$@"; }; '
+    compiled = folder / 'ws' / 'build' / 'alvar' / 'compiled'
+    compiled.write_text('')
+    assert run(f'{other} build_workspace; is_built').returncode == 0 and not compiled.exists()
+
+
+def test_a_workspace_of_an_earlier_release_is_not_thrown_away(small):
+    run, folder = small
+    assert run('build_workspace').returncode == 0
+    built_file = folder / 'ws' / '.built'
+    built_file.write_text(''.join(line for line in built_file.open() if not line.startswith('system  ')))
+    compiled = folder / 'ws' / 'build' / 'alvar' / 'compiled'
+    compiled.write_text('')
+    assert run('is_built').returncode == 1
+    assert run('build_workspace; is_built').returncode == 0 and compiled.exists()
+
+
+STUDENTS = 'mymap.yaml', 'drive.bag', 'output/circle.png', '.git/HEAD', 'src/topic_demo/package.xml'
+
+
+def test_clean_removes_what_was_made_and_nothing_else(tmp_path):
+    workspace = tmp_path / 'ws'
+    made = ('build/x', 'devel/setup.bash', 'venv/bin/python3', 'env.bash', 'run.log', '.built', '.master_port.0',
+            '.users/1', 'ros_home/log/x', 'test_results/x', 'tmp/x', 'terminal/x', 'bin/roscore')
+    for name in (*made, *STUDENTS):
+        (workspace / name).parent.mkdir(parents=True, exist_ok=True)
+        (workspace / name).write_text('x')
+    (workspace / 'src' / 'turtle_robotont').symlink_to(REPOSITORY)
+    (workspace / '.checkout').write_text(f'{REPOSITORY}\n')
+
+    def clean():
+        return subprocess.run([REPOSITORY / 'run', 'clean'], capture_output=True, text=True, check=False, env={
+            'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path), 'TURTLE_ROBOTONT_WS': str(workspace)})
+    done = clean()
+    assert done.returncode == 0, done.stderr
+    assert {str(path.relative_to(workspace)) for path in workspace.rglob('*') if path.is_file()} == {
+        *STUDENTS, '.checkout', '.lock'}
+    assert list((workspace / 'src').iterdir()) == [workspace / 'src' / 'topic_demo']
+    assert f'Your own packages are still in {workspace}/src: topic_demo' in done.stderr
+    kept = done.stderr.partition(f'Your own files are still in {workspace}: ')[2].partition('\n')[0]
+    assert set(kept.split()) == {'mymap.yaml', 'drive.bag', 'output', '.git'}
+    subprocess.run(['rm', '-r', *(workspace / name.partition('/')[0] for name in STUDENTS)], check=True)
+    assert clean().returncode == 0 and not workspace.exists()
+
+
+def test_a_checkout_that_is_gone_takes_no_file_of_the_user_along(small):
+    run, folder = small
+    lost = folder / '.cache' / 'turtle_robotont' / 'lost'
+    for name in ('build/x', *STUDENTS):
+        (lost / name).parent.mkdir(parents=True, exist_ok=True)
+        (lost / name).write_text('x')
+    (lost / '.checkout').write_text(str(folder / 'gone'))
+    assert run('forget_lost_workspaces').returncode == 0
+    assert not (lost / 'build').exists() and all((lost / name).exists() for name in STUDENTS)

@@ -114,3 +114,67 @@ def test_the_master_of_the_user_is_shown_and_a_given_one_stays(workspace):
     given = shell(workspace, '', 'echo "[$ROS_MASTER_URI]"\n', ROS_MASTER_URI='http://robot:11311')[0]
     assert 'The ROS master is http://robot:11311: ROS_MASTER_URI was set before' in given and 'other users' not in given
     assert '[http://robot:11311]' in given
+
+
+SETUP = '''# in short what catkin writes: without --extend it forgets the others, with --local it is alone
+case "$*" in *--extend*) ;; *) CMAKE_PREFIX_PATH= ROS_PACKAGE_PATH= ;; esac
+below=$folder/../below
+case "$*" in *--local*) below= ;; esac
+export CMAKE_PREFIX_PATH=$folder/devel:$below:$CMAKE_PREFIX_PATH ROS_PACKAGE_PATH=$folder/src:$ROS_PACKAGE_PATH
+export ROS_DISTRO=Debian ROS_MASTER_URI=${ROS_MASTER_URI:-http://localhost:11311}
+'''
+DEFAULT = 'http://localhost:11311'  # of every setup.bash
+
+
+def catkin_workspace(folder):
+    for name in ('src', 'devel'):
+        (folder / name).mkdir(parents=True)
+    (folder / 'devel' / '.catkin').write_text(f'{folder}/src')
+    (folder / 'devel' / 'setup.bash').write_text(f'folder={folder}\n{SETUP}')
+    return folder
+
+
+@pytest.mark.parametrize('bashrc, found', [
+    ('source ~/a/devel/setup.bash', 'a'), ('. ~/a/devel/setup.bash; . ~/b/devel/setup.bash --extend', 'b a'),
+    ('. ~/a/devel/setup.bash; . ~/b/devel/setup.bash', 'b'), ('. ~/missing/devel/setup.bash', ''),
+    ('export ROS_PACKAGE_PATH=~/a/src:~/missing/src:$ROS_PACKAGE_PATH', 'a'), ('. ~/other/devel/setup.bash', ''),
+    ('export CMAKE_PREFIX_PATH=/opt/ros/noetic ROS_PACKAGE_PATH=/opt/ros/noetic/share', ''),
+])
+def test_the_workspaces_that_a_bashrc_sources_stay(workspace, bashrc, found):
+    """... but neither what they were built on, nor another ROS, nor the workspace of another checkout."""
+    home = workspace.parent
+    for name in ('a', 'b', 'other'):
+        catkin_workspace(home / name)
+    (home / 'other' / 'env.bash').write_text((workspace / 'env.bash').read_text())
+    printed = shell(workspace, bashrc, 'echo "[$ROS_PACKAGE_PATH] ($CMAKE_PREFIX_PATH)"\n')[0]
+    packages = printed.split('[')[1].split(']')[0]
+    assert [path for path in packages.split(':') if path] == [f'{home}/{name}/src' for name in found.split()]
+    assert 'below' not in printed
+
+
+def test_a_workspace_that_the_terminal_has_sourced_stays_in_a_script_too(workspace):
+    home = catkin_workspace(workspace.parent / 'a').parent
+    script = f'. {home}/a/devel/setup.bash; {{}}. {workspace}/env.bash; echo "[$ROS_PACKAGE_PATH]"'
+    kept, left = (subprocess.run(['bash', '-c', script.format(before)], capture_output=True, text=True, check=True,
+                                 env={'PATH': '/usr/bin:/bin', 'HOME': str(home), 'CMAKE_PREFIX_PATH': ''}).stdout
+                  for before in ('', 'turtle_robotont_alone=1; '))
+    assert kept.startswith(f'[{home}/a/src') and left == '[]\n'
+
+
+@pytest.mark.parametrize('bashrc, before, master', [
+    ('. ~/a/devel/setup.bash', {}, ''),
+    ('', {'ROS_MASTER_URI': DEFAULT, 'ROS_DISTRO': 'Debian'}, ''),  # the terminal before ./run shell has sourced it
+    ('. ~/a/devel/setup.bash  # instead of ROS_MASTER_URI', {}, ''),
+    ('export ROS_MASTER_URI=http://localhost:11311\n. ~/a/devel/setup.bash', {}, DEFAULT),
+    ('. ~/a/devel/setup.bash', {'ROS_MASTER_URI': 'http://robot:11311'}, 'http://robot:11311'),
+    ('', {'ROS_MASTER_URI': DEFAULT}, DEFAULT),
+])
+def test_a_setup_file_does_not_choose_the_master(workspace, bashrc, before, master):
+    catkin_workspace(workspace.parent / 'a')
+    printed = shell(workspace, bashrc, 'echo "[$ROS_MASTER_URI]"\n', **before)[0]
+    assert f'[{master or "http://localhost:" + str(port(workspace, os.getuid()))}]' in printed
+
+
+def test_in_a_shell_of_this_workspace_the_usual_master_may_be_chosen(workspace):
+    assert f'[{DEFAULT}]' in shell(workspace, '', 'echo "[$ROS_MASTER_URI]"\n', ROS_MASTER_URI=DEFAULT,
+                                   ROS_DISTRO='Debian', VIRTUAL_ENV=f'{workspace}/venv')[0]

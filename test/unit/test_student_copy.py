@@ -110,12 +110,32 @@ def test_commands_that_it_lacks_say_so(copy, command):
 
 def test_what_is_there_already_stays(src, tmp_path):
     code, said = link('--without-solutions', src)
-    assert code == 1 and 'turtle_robotont exists already' in said
+    assert code == 1 and f'Move it out of the workspace (mv {src}/turtle_robotont ~)' in said
     (tmp_path / 'src').mkdir()
     (tmp_path / 'src' / 'turtle_robotont').symlink_to(REPOSITORY)
     code, said = link('--without-solutions', tmp_path)
     assert code == 1 and 'is a link to the solutions' in said
     assert (tmp_path / 'src' / 'turtle_robotont').is_symlink()
+
+
+def test_a_full_disk_leaves_no_half_of_it(tmp_path):
+    (tmp_path / 'src').mkdir()
+    done = subprocess.run(['bash', '-c', 'ulimit -f 16; exec "$@"', 'bash', REPOSITORY / 'run', 'link',
+                           '--without-solutions', tmp_path], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and f'{tmp_path}/src/turtle_robotont cannot be written: ' in done.stderr
+    assert 'File too large' in done.stderr and f'(df -h {tmp_path}/src says' in done.stderr
+    assert 'Traceback' not in done.stderr and os.listdir(tmp_path / 'src') == []
+
+
+def test_a_copy_that_is_interrupted_leaves_nothing(tmp_path):
+    (tmp_path / 'src').mkdir()
+    program = ('import sys; sys.path.insert(0, sys.argv[1]); import pathlib, student_copy\n'
+               'def stop(*_): raise KeyboardInterrupt\n'
+               'student_copy._without_dead_links = stop\n'
+               'student_copy.copy(pathlib.Path(sys.argv[2]))')
+    done = subprocess.run(['python3', '-c', program, REPOSITORY / 'tools', tmp_path / 'src' / 'turtle_robotont'],
+                          capture_output=True, text=True, check=False)
+    assert 'KeyboardInterrupt' in done.stderr and os.listdir(tmp_path / 'src') == []
 
 
 @pytest.mark.release

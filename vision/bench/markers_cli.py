@@ -22,10 +22,14 @@ from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector, checked_candidates
 from alvar_core.detection.light import checked_gamma
 from alvar_core.detection.thresholds import MAX_CANDIDATES
-from plain_support import write_whole
+from plain_support import unwritten, write_whole
 
 DESCRIPTION = 'frames.json'
 IMAGES = '.png', '.jpg', '.jpeg'
+
+
+class ResultError(Exception):
+    """A result cannot be written; the text says what to do."""
 
 
 def detection_record(detection):
@@ -55,11 +59,21 @@ def explain(detector, image, camera, name, pictures=None, point=None):
     explained = explanation.explain(detector, image, camera)
     print(f'{name}:', *explained.lines, *([explained.at(point)] if point else []), sep='\n  ')
     if pictures is not None:
-        os.makedirs(pictures, exist_ok=True)
+        try:
+            os.makedirs(pictures, exist_ok=True)
+        except OSError as error:
+            raise ResultError(unwritten(error, 'choose another place')) from None
         path = os.path.join(pictures, f'{os.path.basename(name)}.png')
-        if not cv2.imwrite(path, explained.draw(image)):
-            raise OSError(0, 'cannot be written', path)
+        _write(path, cv2.imencode('.png', explained.draw(image))[1].tobytes())
         print(f'  drawn in {path}')
+
+
+def _write(path, content):
+    """Write a result; raise ResultError if that fails."""
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        raise ResultError(unwritten(error, 'choose another place')) from None
 
 
 def _described(path):
@@ -119,8 +133,8 @@ def run(folder, repeats=1, look=None, **options):
             'frames': frames}
 
 
-def main(arguments=None):
-    """Run the command; return the exit status."""
+def _parse(arguments):
+    """Return the options; exit with 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
     parser.add_argument('path', help='a PNG or JPEG, or a folder of them; a frames.json in it may name them, their '
                         'camera (K, D) and marker_size_m, as in test/data/alvar')
@@ -138,6 +152,16 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     if options.at and options.explain is None:
         parser.error('--at needs --explain')
+    for option, written in (('--explain', options.explain), ('--json', options.json)):
+        if written and os.path.realpath(written) in map(os.path.realpath, (
+                options.path, os.path.join(options.path, DESCRIPTION))):
+            parser.error(f'{option} {written} is what is read, which would be replaced; choose another place')
+    return options
+
+
+def main(arguments=None):
+    """Run the command; return the exit status."""
+    options = _parse(arguments)
     look = None
     if options.explain is not None:
         look = functools.partial(explain, pictures=options.explain or None, point=options.at)
@@ -149,7 +173,9 @@ def main(arguments=None):
         results = run(options.path, max(1, options.repeat), look, gamma=options.gamma,
                       max_candidates=options.max_candidates)
         if options.json:
-            write_whole(options.json, json.dumps(results, indent=1))
+            _write(options.json, json.dumps(results, indent=1))
+    except ResultError as error:
+        return _fail(error)
     except KeyError as error:
         return _fail(f'{description}: {error} is missing')
     except OSError as error:

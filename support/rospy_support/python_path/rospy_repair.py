@@ -26,6 +26,7 @@ refuses private parameters of the command line that cannot be sent to a master.
 import _thread
 import atexit
 import importlib.metadata
+import os
 import re
 import signal
 import sys
@@ -180,14 +181,24 @@ def _wait_for_master():
         except Exception as error:  # of sockets, HTTP, XML, XML-RPC, or of a host name
             if not told:
                 reason = '' if isinstance(error, ConnectionRefusedError) else f' ({error})'
-                rospy.logwarn('There is no ROS master at %s%s. Waiting for it: type roscore in another terminal.',
-                              uri, reason)
+                rospy.logwarn('There is no ROS master at %s%s. Waiting for it: type roscore in another terminal%s.',
+                              uri, reason, _other_master())
                 told = True
             time.sleep(MASTER_POLL)
         else:
             if told:
                 rospy.loginfo('The ROS master is there.')
             return
+
+
+def _other_master():
+    """Return the end of a sentence about a master of this user at another address, '' if there is none."""
+    try:
+        from plain_support.doctor import processes  # only here: most programs find their master
+    except ImportError:  # this folder alone is in the path
+        return ''
+    found = processes.master_of_user(os.path.dirname(os.environ.get('VIRTUAL_ENV', '')))
+    return f'. Or end this program, and type export ROS_MASTER_URI={found[1]}, where one runs' if found else ''
 
 
 class _Transport(xmlrpc.client.Transport):

@@ -1,5 +1,6 @@
 """./run markers: unusable folders are named with the reason."""
 import json
+import resource
 
 import cv2
 import numpy as np
@@ -29,7 +30,37 @@ def test_what_is_wrong_with_a_folder(tmp_path, capsys, content, said):
 def test_results_that_cannot_be_written(tmp_path, capsys):
     (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
     assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'none' / 'out.json')]) == 1
-    assert f'{tmp_path}/none/out.json: No such file or directory' in capsys.readouterr().err
+    assert (f'./run markers: {tmp_path}/none/out.json cannot be written: No such file or directory. Type mkdir -p '
+            f'{tmp_path}/none, or choose another place') in capsys.readouterr().err
+
+
+def test_pictures_that_cannot_be_written(tmp_path, capsys):
+    cv2.imwrite(str(tmp_path / 'a.png'), np.full((480, 640), 220, np.uint8))
+    (tmp_path / 'file').write_text('')
+    for folder, path, why in ((tmp_path / 'file' / 'in', tmp_path / 'file' / 'in', 'Not a directory'),
+                              (tmp_path / 'full', tmp_path / 'full' / 'a.png.png', 'File too large. Make room on')):
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))  # a small limit of file sizes is a full disk
+        try:
+            assert markers_cli.main([str(tmp_path / 'a.png'), '--explain', str(folder)]) == 1
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert f'./run markers: {path} cannot be written: {why}' in capsys.readouterr().err
+    assert list((tmp_path / 'full').iterdir()) == []
+
+
+@pytest.mark.parametrize('arguments', [['--explain', '{0}'], ['--explain', '{0}/../{1}'], ['--json', '{0}/frames.json'],
+                                       ['--json', '{0}/../{1}/frames.json']])
+def test_what_is_read_is_not_replaced(tmp_path, capsys, arguments):
+    image = np.full((480, 640), 220, np.uint8)
+    cv2.imwrite(str(tmp_path / 'square.png'), image)
+    frames = [{'name': 'square', 'file': 'square.png', 'camera': 'c'}]
+    (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': frames}))
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(SystemExit):
+        markers_cli.main([str(tmp_path), *(text.format(tmp_path, tmp_path.name) for text in arguments)])
+    assert 'would be replaced' in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_what_was_found_is_said(tmp_path, capsys):

@@ -43,8 +43,6 @@ class _Protocol(WebSocketProtocol13):
             self.patience = READ_ON
             self.close(PROTOCOL, BROKEN)
         self.client_terminated = True
-        if self.ping_callback:
-            self.ping_callback.stop()
 
 
 class Connection:

@@ -153,7 +153,7 @@ def test_messages_come_in_any_pieces(step):
     (frame(TEXT, b'x' * (LARGEST + 1)), TOO_BIG), (frame(TEXT, length=2 ** 63 - 1), TOO_BIG),
     (frame(0x01, b'x' * 600) + frame(0x80, b'x' * 600), TOO_BIG),
 ])
-def test_client_that_breaks_the_rules_learns_why(data, code):
+def test_client_that_breaks_the_rules_learns_why(data, code, caplog):
     async def work(connect, log):
         client = await connect()
         client.send(frame(TEXT, b'before'), data, frame(TEXT, b'after'))
@@ -165,6 +165,8 @@ def test_client_that_breaks_the_rules_learns_why(data, code):
         await until(lambda: 'ended' in log)
         assert [one for one in log if isinstance(one, str)] == ['before', 'drained', 'ended']
     served(work)
+    errors = [record.exc_info[1] for record in caplog.records if record.exc_info]
+    assert all(isinstance(error, asyncio.CancelledError) for error in errors), errors  # of those that ``served`` ends
 
 
 def test_compressed_messages():

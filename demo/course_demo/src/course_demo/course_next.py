@@ -16,6 +16,7 @@ from turtlesim.msg import Pose
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, at_most, near
 from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError, Recorder
+from plain_support import write_whole
 
 BACKGROUND = (40, 90, 60)
 BEHIND = 0.6  # [m] between turtle2 and turtle1 after a while: it comes closer and closer
@@ -85,8 +86,7 @@ def parameters(harness):
 
 def launch_file(harness):
     path = os.path.join(harness.output, 'two_turtles.launch')
-    with open(path, 'w', encoding='utf-8') as file:
-        file.write(LAUNCH_FILE)
+    write_whole(path, LAUNCH_FILE)
     harness.typed('rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
     tracks = {name: Recorder(f'{name}/pose', Pose, lambda pose: pose) for name in SPEEDS}
     launch = harness.start('roslaunch', path, f'red:={RED}')

@@ -22,7 +22,7 @@ from course_demo.course_markers import POSE_RATE, START_TIMEOUT, map_of, world_p
 from course_demo.harness import Recorder
 from course_demo.plots import over_time
 from kinematic_core.worlds.frames import CAMERA_X
-from plain_support import course
+from plain_support import course, write_whole
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] tolerance of the goal
@@ -141,8 +141,8 @@ def p_controller(harness):
 def between_posts(harness):
     exercise = course.exercises(course.installed())['between_posts']
     path = os.path.join(harness.output, 'posts.yaml')
-    with open(exercise, encoding='utf-8') as file, open(path, 'w', encoding='utf-8') as copy:
-        yaml.safe_dump(yaml.safe_load(file)['world'], copy)
+    with open(exercise, encoding='utf-8') as file:
+        write_whole(path, yaml.safe_dump(yaml.safe_load(file)['world']))
     world = 'roslaunch', 'robotont_gazebo', 'gazebo.launch', f'world:={path}'
     with Drive(harness, world, DISTANCES, 'scan_to_distance', LaserScanSplit,
                lambda seen: (PACE, seen.left_min - seen.right_min, 0.0)) as drive:

@@ -21,7 +21,7 @@ from turtlesim.msg import Color, Pose
 
 from course_demo.core import track_metrics
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from plain_support import write_whole
+from plain_support import unwritten, write_whole
 from plain_support.processes import BackgroundProcess, end_with_parent
 from rospy_support import servers
 from rospy_support.own_master import MasterError, own_master
@@ -114,7 +114,10 @@ class DemoHarness:
 
     def open(self):
         """Start master, simulator and observer; raise DemoError if they do not start."""
-        os.makedirs(self._log, exist_ok=True)
+        try:
+            os.makedirs(self._log, exist_ok=True)
+        except OSError as error:
+            raise DemoError(unwritten(error, 'choose another folder with --output')) from None
         for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
             os.remove(old)
         os.environ.update(ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
@@ -219,7 +222,7 @@ class DemoHarness:
             try:
                 write_whole(path, png.tobytes())
             except OSError as error:
-                raise DemoError(f'{path} cannot be written: {error.strerror}') from None
+                raise DemoError(unwritten(error, 'choose another folder with --output')) from None
         self._kept.clear()
         return paths
 

@@ -22,8 +22,8 @@ from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels, sourced, view
 from course_grader.rules import exercise, new_exercise, reference, scoring
 from course_grader.supervision.job import Job
-from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
-from plain_support import course, create_whole, processes, write_whole
+from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor, others_of
+from plain_support import course, create_whole, processes, unwritten, write_whole
 
 GTEST_OUTPUT = '--gtest_output=xml:'
 SHEET_WIDTH = 80  # columns
@@ -54,12 +54,13 @@ def _main(arguments):
         if form not in systems.READ_SCORES:  # otherwise the program was not handed in
             usage.check_program(arguments[:_cut(arguments)], options.command)
             _check_package(arguments[:_cut(arguments)], options)
+        folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
+        _check_folder(folder)
     except (exercise.ExerciseError, systems.FormatError, usage.UsageError, live_report.AddressError,
             OSError) as error:
         say(f'./run grade: {harmless.plain(str(error))}', sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
-    folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
     processes.make_interruptible()
     job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time,
               sourced=_sourced(os.environ))
@@ -86,12 +87,20 @@ def _main(arguments):
         say(f'./run grade: {error}', sys.stderr)
         return exit_codes.UNDECIDED
     except OSError as error:
-        say(f'./run grade: {error.filename or folder} cannot be written: {error.strerror}. Choose another folder '
-            'with --output', sys.stderr)
+        error.filename = error.filename or folder
+        say(f'./run grade: {unwritten(error, "choose another folder with --output")}', sys.stderr)
         return exit_codes.USAGE
     say(written.stdout)
     _report(options, chosen, got.verdict)
     return written.code
+
+
+def _check_folder(folder):
+    """Raise UsageError if results would replace files that no grading has written."""
+    others = others_of(folder)
+    if others:
+        raise usage.UsageError(f'{folder} has {", ".join(others)}, which this would replace, and no results of a '
+                               'grading. Choose another folder with --output')
 
 
 def _report(options, chosen, decided):
@@ -113,6 +122,9 @@ def load(path, student=''):
     if any(what == 'call' for what, _ in loaded.stimuli):
         from course_grader.attempt import service_types  # imports ROS, which other exercises do not need here
         service_types.check(loaded)
+    if loaded.parameters:
+        from course_grader.attempt import node_parameters
+        node_parameters.check(loaded)
     return loaded
 
 
@@ -261,7 +273,7 @@ class _New(argparse.Action):
         except FileExistsError:
             parser.exit(exit_codes.USAGE, f'./run grade: {values} exists already; choose another name\n')
         except OSError as error:
-            parser.exit(exit_codes.USAGE, f'./run grade: {values} cannot be written: {error.strerror}\n')
+            parser.exit(exit_codes.USAGE, f'./run grade: {unwritten(error, "choose another folder")}\n')
         say(f'Wrote {values}. Edit it, and grade a program by it: ./run grade {shlex.quote(values)} -- PROGRAM')
         parser.exit(0)
 

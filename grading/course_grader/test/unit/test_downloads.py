@@ -143,3 +143,23 @@ def test_a_file_that_is_no_zip_is_named(tmp_path, data):
     (tmp_path / 'a.zip').write_bytes(data)
     with pytest.raises(downloads.DownloadError, match='a.zip cannot be read as a ZIP: .*download it again'):
         downloads.folder_of_class(str(tmp_path / 'a.zip'), str(tmp_path / 'out'))
+
+
+@pytest.mark.parametrize('zipped', [False, True])
+def test_a_folder_of_the_teacher_with_the_name_of_ours_is_not_replaced(tmp_path, zipped):
+    """The submissions themselves may lie in a folder handed_in, and the results be wanted beside it."""
+    source = written(tmp_path / 'handed_in', MOODLE)
+    if zipped:
+        source = packed(tmp_path / 'class.zip', MOODLE)
+    before = sorted(os.walk(tmp_path))
+    with pytest.raises(downloads.DownloadError, match='replaced.* Choose another folder with --output DIR'):
+        downloads.folder_of_class(source, str(tmp_path))
+    assert sorted(os.walk(tmp_path)) == before
+
+
+def test_what_was_unpacked_may_be_unpacked_again(tmp_path):
+    source = packed(tmp_path / 'class.zip', {'anna/stop_at_x.py': 'x', 'ben/stop_at_x.py': 'x'})
+    (tmp_path / 'out').mkdir()
+    for _ in range(2):
+        folder, _, _ = downloads.folder_of_class(source, str(tmp_path / 'out'))
+    assert sorted(os.listdir(folder)) == ['anna', 'ben']

@@ -1,5 +1,7 @@
 """course_grader.rules.failures: what Python says about a beginner's mistake leads to the right advice."""
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -28,7 +30,7 @@ def said_by(source):
     ("print 'hello'\n", 'this is Python 2'),
     ("name = raw_input()\n", 'this is Python 2'),
     ("import ConfigParser\n", 'this is Python 2'),
-    ("try:\n    pass\nexcept ValueError, e:\n    pass\n", 'this is Python 2'),
+    ("try:\n    int('a')\nexcept ValueError, e:\n    pass\n", 'this is Python 2'),
     ("if True:\nprint('a')\n", 'four blanks'),
     ("def f():\n    a = 1\n  b = 2\n", 'four blanks'),
     ("if True:\n    a = 1\n\tb = 2\n", 'four blanks'),
@@ -97,6 +99,103 @@ def said_by(source):
 def test_what_python_says(source, advice):
     said = said_by(source)
     assert advice in (failures.advice(said, source) or ''), said
+
+
+MESSAGES = [  # program, its file, advice, {version of Python from which on it says this: the last line}; all but those
+    # of the Python that runs the test are taken from CPython's sources and documentation
+    ('min([])\n', 'a.py', 'min() gets an empty list', {
+        (3, 11): 'ValueError: min() arg is an empty sequence',
+        (3, 13): 'ValueError: min() iterable argument is empty'}),
+    ("try:\n    int('a')\nexcept ValueError, e:\n    pass\n", 'a.py', 'this is Python 2', {
+        (3, 11): 'SyntaxError: multiple exception types must be parenthesized',
+        (3, 14): "NameError: name 'e' is not defined"}),
+    ('import math\nmath.sqrt(-1)\n', 'a.py', 'has no root', {
+        (3, 11): 'ValueError: math domain error', (3, 14): 'ValueError: expected a nonnegative input, got -1.0'}),
+    ('import math\nmath.acos(2)\n', 'a.py', 'asin, acos or log', {
+        (3, 11): 'ValueError: math domain error',
+        (3, 14): 'ValueError: expected a number in range from -1 up to 1, got 2.0'}),
+    ('import math\nmath.log(0)\n', 'a.py', 'asin, acos or log', {
+        (3, 11): 'ValueError: math domain error', (3, 14): 'ValueError: expected a positive input'}),
+    ('1.0 / 0\n', 'a.py', 'divided by 0', {
+        (3, 11): 'ZeroDivisionError: float division by zero', (3, 14): 'ZeroDivisionError: division by zero'}),
+    ('a, b = [1, 2, 3]\n', 'a.py', 'than names before it', {
+        (3, 11): 'ValueError: too many values to unpack (expected 2)',
+        (3, 14): 'ValueError: too many values to unpack (expected 2, got 3)'}),
+    ('def f(speed):\n    pass\nf(sped=1)\n', 'a.py', 'f has no argument sped', {
+        (3, 11): "TypeError: f() got an unexpected keyword argument 'sped'",
+        (3, 13): "TypeError: f() got an unexpected keyword argument 'sped'. Did you mean 'speed'?"}),
+    ("print('a', edn='')\n", 'a.py', 'print has no argument edn', {
+        (3, 11): "TypeError: 'edn' is an invalid keyword argument for print()",
+        (3, 13): "TypeError: print() got an unexpected keyword argument 'edn'"}),
+    ('import random\nrandom.uniform(1, 2)\n', 'random.py', 'file random.py another name', {
+        (3, 11): "AttributeError: partially initialized module 'random' has no attribute 'uniform' (most likely due "
+                 'to a circular import)',
+        (3, 13): "AttributeError: module 'random' has no attribute 'uniform' (consider renaming '{file}' since it has "
+                 "the same name as the standard library module named 'random' and the import system gives it "
+                 'precedence)'}),
+    ('from random import uniform\n', 'random.py', 'file random.py another name', {
+        (3, 11): "ImportError: cannot import name 'uniform' from partially initialized module 'random' (most likely "
+                 'due to a circular import) ({file})',
+        (3, 13): "ImportError: cannot import name 'uniform' from 'random' (consider renaming '{file}' since it has the "
+                 "same name as the standard library module named 'random' and prevents importing that standard library "
+                 'module)'}),
+    ('from turtlesim import Pose\n', 'turtlesim.py', 'file turtlesim.py another name', {
+        (3, 11): "ImportError: cannot import name 'Pose' from partially initialized module 'turtlesim' (most likely "
+                 'due to a circular import) ({file})',
+        (3, 13): "ImportError: cannot import name 'Pose' from 'turtlesim' (consider renaming '{file}' if it has the "
+                 'same name as a library you intended to import)'}),
+    ('from turtlesim.msg import Pose\n', 'turtlesim.py', 'file turtlesim.py another name', {
+        (3, 11): "ModuleNotFoundError: No module named 'turtlesim.msg'; 'turtlesim' is not a package"}),
+    ('import math.pi\n', 'a.py', '`from math import pi`', {
+        (3, 11): "ModuleNotFoundError: No module named 'math.pi'; 'math' is not a package"}),
+    ('time.sleep(1)\n', 'a.py', '`import time`', {
+        (3, 11): "NameError: name 'time' is not defined",
+        (3, 12): "NameError: name 'time' is not defined. Did you forget to import 'time'?"}),
+    ('class A:\n    def __init__(self):\n        self.speed = 1\n        print(speed)\nA()\n', 'a.py',
+     'speed is used', {
+        (3, 11): "NameError: name 'speed' is not defined",
+        (3, 12): "NameError: name 'speed' is not defined. Did you mean: 'self.speed'?"}),
+    ('x = 1\ndef f():\n    x += 1\nf()\n', 'a.py', '`global x`', {
+        (3, 11): "UnboundLocalError: cannot access local variable 'x' where it is not associated with a value"}),
+    ("a = 'hello\n", 'a.py', 'quotation mark', {
+        (3, 11): 'SyntaxError: unterminated string literal (detected at line 1)',
+        (3, 14): 'SyntaxError: unterminated string literal (detected at line 1)'}),
+    ("a = 'it's'\n", 'a.py', 'quotation mark', {
+        (3, 11): "SyntaxError: unterminated string literal (detected at line 1)"}),
+    ('x = 1\nprint(f"{x")\n', 'a.py', 'in an f-string', {
+        (3, 11): "SyntaxError: f-string: expecting '}'",
+        (3, 12): "SyntaxError: f-string: expecting '}'"}),
+    ('print(f"{}")\n', 'a.py', 'in an f-string', {
+        (3, 11): 'SyntaxError: f-string: empty expression not allowed',
+        (3, 12): "SyntaxError: f-string: valid expression required before '}'"}),
+    ('print(f"a)\n', 'a.py', 'quotation mark', {
+        (3, 11): 'SyntaxError: unterminated string literal (detected at line 1)',
+        (3, 12): 'SyntaxError: unterminated f-string literal (detected at line 1)'}),
+    ('whille True:\n    pass\n', 'a.py', 'that line', {
+        (3, 11): 'SyntaxError: invalid syntax', (3, 14): "SyntaxError: invalid syntax. Did you mean 'while'?"}),
+    ("if True:\nprint('a')\n", 'a.py', 'four blanks', {
+        (3, 11): "IndentationError: expected an indented block after 'if' statement on line 1"}),
+    ('a = 1\nreturn a\n', 'a.py', 'four blanks', {(3, 11): "SyntaxError: 'return' outside function"}),
+    ('a = {[1]: 2}\n', 'a.py', 'key of a dictionary', {
+        (3, 11): "TypeError: unhashable type: 'list'",
+        (3, 14): "TypeError: cannot use 'list' as a dict key (unhashable type: 'list')"}),
+]
+
+
+@pytest.mark.parametrize('source, _name, advice, messages', MESSAGES)
+def test_what_each_version_of_python_says(source, _name, advice, messages):
+    for said in messages.values():
+        assert advice in failures.advice(said, source), said
+
+
+@pytest.mark.parametrize('source, name, advice, messages', MESSAGES)
+def test_this_python_says_so(tmp_path, source, name, advice, messages):
+    (tmp_path / name).write_text(source)
+    ended = subprocess.run([sys.executable, name], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False)
+    known = max((version for version in messages if version <= sys.version_info[:2]), default=None)
+    if known is None:
+        pytest.skip('a Python older than 3.11')
+    assert ended.stderr.splitlines()[-1] == messages[known].replace('{file}', str(tmp_path / name))
 
 
 @pytest.mark.parametrize('said, source, advice', [

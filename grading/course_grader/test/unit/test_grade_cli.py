@@ -1,6 +1,7 @@
 """The grader's command line, and attempts that fail before or beside ROS."""
 import csv
 import json
+import os
 import re
 import sys
 
@@ -11,6 +12,7 @@ from course_grader import cli, live_report
 from course_grader.attempt import attempt
 from course_grader.formats import exit_codes
 from course_grader.rules import exercise, registry
+from course_grader.supervision import supervisor
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import Supervisor
 from plain_support import processes
@@ -192,6 +194,39 @@ def test_an_interruption_is_said(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', str(tmp_path), '--', f'{tmp_path}/a.py'])
     assert cli.main() == exit_codes.INTERRUPTED
     assert 'interrupted; all its processes have ended' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('there, refused', [
+    (['output.txt'], 'output.txt'), (['path.png', 'stop.py', 'junit.xml'], 'junit.xml, path.png'), (['stop.py'], ''),
+    (['result.json', 'output.txt'], ''), (['grader.txt', 'path.png'], ''), ([], '')])
+def test_files_that_no_grading_has_written_are_not_replaced(tmp_path, monkeypatch, capsys, there, refused):
+    (tmp_path / 'program.py').write_text('')
+    folder = tmp_path / 'results'
+    folder.mkdir()
+    for name in there:
+        (folder / name).write_text('mine')
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+    monkeypatch.setattr(Supervisor, 'grade', interrupt)
+    code = cli.main(['stop_at_x', '--output', str(folder), '--', f'{tmp_path}/program.py'])
+    said = capsys.readouterr().err
+    assert code == (exit_codes.USAGE if refused else exit_codes.INTERRUPTED)
+    assert (f'{folder} has {refused}, which this would replace' in said) is bool(refused)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(there)
+
+
+def test_results_that_are_being_removed_are_still_known_as_results(tmp_path, monkeypatch):
+    for name in supervisor.RESULTS:
+        (tmp_path / name).write_text('')
+    removed = os.remove
+
+    def remove(path):
+        removed(path)
+        assert supervisor.others_of(str(tmp_path)) == []
+    monkeypatch.setattr(supervisor.os, 'remove', remove)
+    supervisor.remove_results(str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):

@@ -63,3 +63,16 @@ def test_mistakes_are_named_before_anything_is_graded(tmp_path, text, said):
     with pytest.raises(MarksError) as error:
         class_results.check_output(str(tmp_path))
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize('name', ['grades.csv', 'scores.csv', 'index.html', 'similar/a.txt', 'pages/anna.html',
+                                  'moodle.csv'])
+def test_files_of_the_teacher_are_not_replaced_by_those_of_a_class(tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text('of last year')
+    (tmp_path / 'marks.csv').write_text('student,exercise\n')  # is written before the first run
+    with pytest.raises(class_results.ClassError, match=f'has {name.partition("/")[0]}, which this would replace'):
+        class_results.check_output(str(tmp_path))
+    assert (tmp_path / name).read_text() == 'of last year'
+    (tmp_path / 'class.json').write_text('{}')
+    class_results.check_output(str(tmp_path))

@@ -52,6 +52,19 @@ def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
     assert found(name, act) == []
 
 
+@pytest.mark.parametrize('start, corners, told', [
+    ((4.5, 5.2), [(7.5, 5.5), (7.5, 7.5), (5.5, 7.5), (5.5, 5.5)], True),  # four corners, as from the middle
+    ((4.1, 5.9), [(7.5, 5.5), (7.5, 7.5), (5.5, 7.5), (5.5, 5.5)], True),
+    ((4.5, 5.2), [(5.5, 5.5), (5.5, 7.5), (7.5, 7.5), (7.5, 5.5)], True),  # clockwise
+    ((4.5, 5.2), [(7.5, 5.5), (7.5, 7.5), (5.5, 7.5), (5.5, 5.5), (7.5, 5.5)], False),  # that is the square
+    ((4.5, 5.2), [(7.5, 5.5), (7.5, 7.5), (5.5, 7.5), (5.5, 6.5)], False),  # no square
+    ((4.5, 5.2), [(7.5, 5.5), (7.5, 7.5), (5.5, 7.5)], False)])
+def test_the_way_from_the_start_is_no_side(start, corners, told):
+    said = found('square_by_topics', lambda turtle: visit(turtle, *corners), start=start)
+    assert any(hint.startswith(f'the last side is missing: it started at ({start[0]}, {start[1]})')
+               and f'first corner, ({corners[0][0]}, {corners[0][1]}), again' in hint for hint in said) == told
+
+
 @pytest.mark.parametrize('linear, angular, advice', [
     (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None),
     (1.0, 0.2, 'linear.x is 1 in 30 of 30 commands, and not 0.45 to 0.55 m/s'),

@@ -367,6 +367,32 @@ def test_a_colour_of_the_pen_is_a_symptom(colour, told):
     assert ('red is first' in decided.hints) == told
 
 
+def blue_corner(turtle, off=1):
+    """Two sides in blue, and the way back with the pen lifted."""
+    turtle.pen(0, 0, 255, 4, 0).drive(2.0, 1.0).drive(1.0, 0.0, math.pi / 2).drive(2.0, 1.0)
+    return turtle.pen(0, 0, 255, 4, off).drive(1.0, 0.0, math.pi / 2).drive(2.0, 1.0)
+
+
+@pytest.mark.parametrize('symptom', [
+    {'lost': 'pen', 'pen': [0, 0, 255]}, {'lost': 'pen'}, {'lost': 'pen', 'seen': '^0%'}])
+def test_a_pen_of_another_colour_that_is_lifted_at_the_end_is_not_called_off(symptom):
+    """The hint was that the pen is off, and that of the exercise was not shown."""
+    made = exercise.parse({'title': 'T', 'time': '20 s', 'symptoms': [{**symptom, 'hint': 'choose red'}], 'checks': [
+        {'check': 'pen', 'colour': [255, 0, 0], 'points': 100}]})
+    observed = blue_corner(GradedTurtle()).observed
+    assert symptoms.advise(made, observed, scoring.decide(made, observed)).hints == ('choose red',)
+
+
+def test_a_symptom_of_the_exercise_overrules_a_general_hint():
+    content = {'title': 'T', 'time': '20 s', 'checks': [{'check': 'pen', 'colour': [255, 0, 0], 'points': 100}]}
+    observed = GradedTurtle().pen(255, 0, 0, 1, 1).drive(2.0, 1.0).observed
+    for own, first in (({'pen': [255, 0, 0], 'hint': 'lower it'}, 'lower it'),
+                       ({'hint': 'choose red'}, 'the pen is off')):
+        made = exercise.parse({**content, 'symptoms': [{'lost': 'pen', **own}]})
+        found = symptoms.advise(made, observed, scoring.decide(made, observed)).hints
+        assert found[0].startswith(first) and any(hint.startswith('the pen is off') for hint in found)
+
+
 @pytest.mark.parametrize('connection, said', [
     (('/turtle1/pose', 'publishes'), 'rospy.Subscriber instead of rospy.Publisher'),
     (('/turtle1/cmd_vel', 'subscribes'), 'rospy.Publisher instead of rospy.Subscriber'),

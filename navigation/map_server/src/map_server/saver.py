@@ -1,4 +1,4 @@
-"""The program map_saver: writes the next map of the topic ``map`` as NAME.pgm and NAME.yaml.
+"""The program map_saver: writes the next map of the topic ``map`` as NAME.pgm and NAME.yaml; keeps an earlier map.
 
 Threading contract: rospy's thread stores the map; the main thread waits for it and writes.
 """
@@ -8,9 +8,9 @@ import threading
 
 import rospy
 
-from navigation_core.maps.map_files import saved
+from navigation_core.maps.map_files import keep_earlier, saved
 from navigation_ros import grids
-from plain_support import write_whole
+from plain_support import unwritten, write_together
 from rospy_support import nodes
 
 NAME = 'map_saver'
@@ -43,9 +43,13 @@ def save(message, options):
     info = message.info
     rospy.loginfo('Received a %d X %d map @ %.3f m/pix', info.width, info.height, info.resolution)
     image, text = saved(grids.from_message(message), options.name, options.occ, options.free)
-    for suffix, content in (('.pgm', image), ('.yaml', text)):
-        rospy.loginfo('Writing map occupancy data to %s%s', options.name, suffix)
-        write_whole(options.name + suffix, content)
+    files = {f'{options.name}.pgm': image, f'{options.name}.yaml': text}
+    kept = keep_earlier(options.name, files)
+    if kept:
+        rospy.logwarn('There is a map %s already; it is now called %s', options.name, kept)
+    for path in files:
+        rospy.loginfo('Writing map occupancy data to %s', path)
+    write_together(files)
     rospy.loginfo('Done\n')
 
 
@@ -67,6 +71,6 @@ def main():
     try:
         save(messages[0], options)
     except OSError as error:
-        sys.exit(f"Couldn't save map file to {error.filename or options.name}: {error.strerror}")
+        sys.exit(f"Couldn't save the map: {unwritten(error, 'choose another folder: -f FOLDER/NAME')}")
     except ValueError as error:
         sys.exit(f'The map on {topic.resolved_name} cannot be saved: {error}')

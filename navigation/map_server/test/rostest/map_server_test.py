@@ -47,6 +47,32 @@ class MapServerTest(unittest.TestCase):
             self.assertEqual('image: turned.pgm\nresolution: 0.100000\norigin: [-1.000000, 2.000000, 0.500000]\n'
                              'negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n\n', file.read())
 
+    def test_a_map_of_the_same_name_is_kept_and_can_be_loaded(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        for name in ('turned.yaml', 'turned.pgm'):
+            shutil.copy(os.path.join(DATA, name), folder)
+        with open(f'{folder}/turned.pgm', 'r+b') as file:
+            file.seek(-1, os.SEEK_END)
+            file.write(b'\0')  # the cell in the last corner is occupied
+        saved = self.program('map_saver', '-f', f'{os.path.basename(folder)}/turned', cwd=os.path.dirname(folder))
+        self.assertEqual(0, saved.returncode, saved.stderr)
+        self.assertIn('it is now called', saved.stdout + saved.stderr)
+        self.assertEqual({'turned.yaml', 'turned.pgm', 'turned_2.yaml', 'turned_2.pgm'}, set(os.listdir(folder)))
+        change = proxy('change_map', LoadMap)
+        self.addCleanup(change, os.path.join(DATA, 'turned.yaml'))
+        self.assertEqual(100, change(f'{folder}/turned_2.yaml').map.data[2])
+        self.assertEqual(CELLS, change(f'{folder}/turned.yaml').map.data)
+
+    def test_a_folder_that_is_missing_is_named_with_what_to_type(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        ended = self.program('map_saver', '-f', 'maps/mymap', cwd=folder)
+        self.assertEqual(1, ended.returncode)
+        self.assertIn(f'{folder}/maps/mymap.pgm cannot be written: No such file or directory. Type mkdir -p {folder}'
+                      '/maps, or choose another folder: -f FOLDER/NAME', ended.stderr)
+        self.assertEqual([], os.listdir(folder))
+
     def test_map_is_changed_only_for_a_good_one(self):
         change = proxy('change_map', LoadMap)
         self.assertEqual(1, change('/no/such.yaml').result)

@@ -1,15 +1,17 @@
 """Tests of navigation_core.maps.map_files: bytes as map_saver writes them, cells as map_server reads them."""
+import pathlib
+
 import cv2
 import numpy as np
 import pytest
 
 from navigation_core.maps.grid_map import GridMap
-from navigation_core.maps.map_files import MapError, image_size, read_description, read_image, saved
+from navigation_core.maps.map_files import MapError, image_size, keep_earlier, read_description, read_image, saved
 from navigation_core.poses import Pose
 
 GRID = GridMap(np.array([[0, 100, -1], [25, 65, 26]]), 0.05, Pose(-1.5, 2.25, 0.5))
 IMAGE = b'P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n3 2\n255\n' + bytes([254, 0, 205, 254, 0, 205])
-TEXT = b'''image: my/map.pgm
+TEXT = b'''image: map.pgm
 resolution: 0.050000
 origin: [-1.500000, 2.250000, 0.500000]
 negate: 0
@@ -33,7 +35,8 @@ def written(folder, pixels, name='map.png', **changes):
     return str(path)
 
 
-def test_saved_files_are_those_of_map_saver_byte_for_byte():
+def test_saved_files_are_those_of_map_saver_byte_for_byte_with_an_image_that_map_server_finds():
+    """It looks in the folder of the YAML file, so that my/map.pgm would be my/my/map.pgm."""
     assert saved(GRID, 'my/map') == (IMAGE, TEXT)
 
 
@@ -99,3 +102,39 @@ def test_an_enormous_image_is_refused_before_it_is_read(tmp_path):
         read_map(path)
     image = cv2.imencode('.png', np.zeros((3, 5), np.uint8))[1].tobytes()
     assert image_size(image) == (5, 3) and image_size(b'GIF89a') == ()
+
+
+def files_of(name, grid):
+    return dict(zip((f'{name}.pgm', f'{name}.yaml'), saved(grid, name)))
+
+
+def test_an_earlier_map_is_kept_whole_under_the_next_free_name(tmp_path):
+    name = str(tmp_path / 'mymap')
+    maps = [GridMap(np.full((2, 2), cell, np.int8), 0.05, Pose(0.0, 0.0, 0.0)) for cell in (0, 100, -1)]
+    kept = []
+    for one in maps:
+        kept.append(keep_earlier(name, files_of(name, one)))
+        for path, content in files_of(name, one).items():
+            pathlib.Path(path).write_bytes(content)
+    assert kept == ['', f'{name}_2', f'{name}_3']
+    for path, cell in ((f'{name}_2', 0), (f'{name}_3', 100), (name, -1)):
+        loaded = read_map(f'{path}.yaml')
+        assert (loaded.cells == cell).all(), path
+    assert keep_earlier(name, files_of(name, maps[-1])) == ''  # the same map once more
+    assert len(list(tmp_path.iterdir())) == 6
+
+
+@pytest.mark.parametrize('there', ['mymap.yaml', 'mymap.pgm'])
+def test_half_a_map_is_kept_too(tmp_path, there):
+    (tmp_path / there).write_text('x')
+    kept = keep_earlier(str(tmp_path / 'mymap'), files_of(str(tmp_path / 'mymap'), GRID))
+    assert kept == str(tmp_path / 'mymap_2')
+    assert (tmp_path / there.replace('mymap', 'mymap_2')).read_text() == 'x' and len(list(tmp_path.iterdir())) == 2
+
+
+def test_an_image_of_another_name_and_what_was_added_by_hand_stay(tmp_path):
+    (tmp_path / 'm.pgm').write_bytes(b'P5')
+    (tmp_path / 'm.yaml').write_text('# the kitchen\nimage: edited.png\nresolution: 0.1\n')
+    kept = keep_earlier(str(tmp_path / 'm'), files_of(str(tmp_path / 'm'), GRID))
+    assert pathlib.Path(f'{kept}.yaml').read_text() == '# the kitchen\nimage: edited.png\nresolution: 0.1\n'
+    assert kept == str(tmp_path / 'm_2') and (tmp_path / 'm.pgm').exists()

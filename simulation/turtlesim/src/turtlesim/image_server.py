@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.worlds.turtle_world import CANVAS_SIZE
-from plain_support import create_numbered
+from plain_support import create_numbered, unwritten
 from plain_support.doctor import findings
 from rospy_support import threads
 from rospy_support.parameters import Boolean, Computed, Number, Table, Text
@@ -108,8 +108,8 @@ class ImageServer:
             try:
                 path = create_numbered(directory, stem, '.png', sprites.encode_png(frame))
             except OSError as error:
-                return TriggerResponse(False, f'no picture was saved: {error}; choose another folder with '
-                                              f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')
+                instead = f'choose another folder: rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER'
+                return TriggerResponse(False, f'no picture was saved: {unwritten(error, instead)}')
         rospy.loginfo('Saved %s', path)
         return TriggerResponse(True, path)
 

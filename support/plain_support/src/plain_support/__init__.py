@@ -8,8 +8,8 @@
 Unless a library is named, a module needs only the standard library.
 """
 from plain_support.encoded_images import is_truncated
-from plain_support.files import create_numbered, create_whole, write_whole
+from plain_support.files import create_numbered, create_whole, unwritten, write_together, write_whole
 from plain_support.validation import ABSURD, LARGEST_MARKER_ID, InvalidInput, require_sane, shown
 
 __all__ = ['ABSURD', 'LARGEST_MARKER_ID', 'InvalidInput', 'create_numbered', 'create_whole', 'is_truncated',
-           'require_sane', 'shown', 'write_whole']
+           'require_sane', 'shown', 'unwritten', 'write_together', 'write_whole']

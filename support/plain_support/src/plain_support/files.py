@@ -8,9 +8,10 @@ import errno
 import os
 import secrets
 import stat
-from typing import Iterator, Union
+from typing import Iterator, Mapping, Union
 
 MAX_NUMBERED = 100_000  # numbered files with one name in a folder
+FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG
 STEM = 50  # characters of the file name in the temporary one: Linux allows 255 bytes, up to 4 per character
 
 Content = Union[bytes, str]
@@ -19,17 +20,27 @@ Content = Union[bytes, str]
 def write_whole(path: str, content: Content) -> None:
     """Write a file, replacing an existing one; raise OSError, which names ``path``.
 
-    ``content``: bytes, or text to encode as UTF-8. Devices and pipes (/dev/stdout) and the targets of symbolic links
-    are written to directly.
+    ``content``: bytes, or text to encode as UTF-8. Devices and pipes (/dev/stdout) are written to directly; of a
+    symbolic link, the target is replaced.
     """
-    if is_special(path) or os.path.islink(path):
+    if is_special(path):
         with _naming(path), open(path, 'wb') as file:
             file.write(_bytes(content))
-        return
-    with _new_file(path, content) as new:
-        with contextlib.suppress(OSError):
-            os.chmod(new, stat.S_IMODE(os.stat(path).st_mode))  # the same mode as the previous file
-        os.replace(new, path)
+    else:
+        write_together({path: content})
+
+
+def write_together(contents: Mapping[str, Content]) -> None:
+    """Write files {path: content} that belong together: if one cannot be written, none is replaced. Raise OSError."""
+    with contextlib.ExitStack() as stack:
+        new = {path: stack.enter_context(_new_file(path, content)) for path, content in contents.items()}
+        for folder in filter(os.path.isdir, contents):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(folder))
+        for path, written in new.items():
+            with contextlib.suppress(OSError):
+                os.chmod(written, stat.S_IMODE(os.stat(path).st_mode))  # the same mode as the previous file
+            with _naming(path):
+                os.replace(written, os.path.realpath(path))
 
 
 def create_whole(path: str, content: Content) -> None:
@@ -39,7 +50,7 @@ def create_whole(path: str, content: Content) -> None:
     """
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path)
-    with _new_file(path, content) as new:
+    with _new_file(path, content) as new, _naming(path):
         name_new(new, path)
 
 
@@ -72,16 +83,28 @@ def is_special(path: str) -> bool:
     return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
 
 
+def unwritten(error: OSError, instead: str) -> str:
+    """Return what could not be written, why, and what to do; ``instead``: such as 'choose another folder with -f'."""
+    path = os.path.abspath(error.filename) if error.filename else 'a file'
+    folder = os.path.dirname(path)
+    cure = ''
+    if error.errno in FULL:
+        cure = f'make room on the disk (df -h {folder} says how much is left), or '
+    elif error.errno == errno.ENOENT and folder and not os.path.isdir(folder):
+        cure = f'type mkdir -p {folder}, or '
+    cure += instead
+    return f'{path} cannot be written: {error.strerror or error}. {cure[:1].upper()}{cure[1:]}'
+
+
 @contextlib.contextmanager
 def _new_file(path: str, content: Content) -> Iterator[str]:
-    """Write a file next to ``path``, yield its name, and remove it unless it was renamed; errors name ``path``."""
-    folder, name = os.path.split(os.path.abspath(path))
+    """Write a file next to ``path``, yield its name, and remove it unless it was renamed; raise OSError."""
+    folder, name = os.path.split(os.path.realpath(path))
     new = os.path.join(folder, f'.{name[:STEM]}.{secrets.token_hex(8)}.part')
     try:
-        with _naming(path):
-            with open(new, 'xb') as file:
-                file.write(_bytes(content))
-            yield new
+        with _naming(path), open(new, 'xb') as file:
+            file.write(_bytes(content))
+        yield new
     finally:
         with contextlib.suppress(OSError):
             os.unlink(new)

@@ -222,17 +222,34 @@ class BackgroundProcess:
         if self.runs():  # so it was not waited for yet, and the number is still its own
             (os.killpg if self._own_group else os.kill)(self.process.pid, number)
 
+    def members(self) -> Set[psutil.Process]:
+        """Return the running processes of its group, also after it has ended; none without a group of its own."""
+        return group(self._identity) if self._own_group else set()
+
     def stop(self, stages: Stages = END_STAGES) -> None:
-        """End it and the rest of its group, at first gently, then by force. A second call does nothing."""
-        for number, patience in stages:
+        """End it and the rest of its group, at first gently, then by force. A second call does nothing.
+
+        The rest has the same time as it: the program of a wrapper that ends at once may still be writing a file.
+        """
+        rest: Stages = KILL
+        for index, (number, patience) in enumerate(stages):
+            deadline = time.monotonic() + patience
+            running = self.runs()
             self.signal(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.process.wait(patience)
+                if running:  # so the rest was also sent this signal
+                    self._wait_for_rest(deadline)
+                rest = stages[index + running:] or KILL
                 break
         if self._own_group:
-            end(lambda: group(self._identity), KILL)
+            end(self.members, rest)
         if self.process.stdout:
             self.process.stdout.close()
+
+    def _wait_for_rest(self, deadline: float) -> None:
+        while self.members() and time.monotonic() < deadline:
+            time.sleep(POLL)
 
     def __enter__(self) -> 'BackgroundProcess':
         return self

@@ -1,5 +1,6 @@
 """plain_support.files: files that are there as a whole or not at all. A full disk is a small limit of file sizes."""
 import contextlib
+import errno
 import os
 import resource
 import signal
@@ -132,6 +133,42 @@ def test_a_link_given_by_the_user_is_followed_and_a_device_stays_one(tmp_path):
     assert stat.S_ISCHR(os.stat('/dev/null').st_mode)
     with pytest.raises(OSError, match='No space left.*/dev/full'):
         files.write_whole('/dev/full', 'x')
+
+
+def test_a_full_disk_leaves_the_target_of_a_link(tmp_path):
+    (tmp_path / 'target').write_text('old')
+    (tmp_path / 'link').symlink_to('target')
+    with pytest.raises(OSError, match='link'), full_disk():
+        files.write_whole(tmp_path / 'link', b'x' * (LIMIT + 1))
+    assert (tmp_path / 'target').read_text() == 'old' and sorted(os.listdir(tmp_path)) == ['link', 'target']
+
+
+def test_files_that_belong_together_are_all_new_or_all_old(tmp_path):
+    for name in ('a.pgm', 'a.yaml'):
+        (tmp_path / name).write_text('old')
+    with pytest.raises(OSError, match='a.yaml'), full_disk():
+        files.write_together({tmp_path / 'a.pgm': 'new', tmp_path / 'a.yaml': 'x' * (LIMIT + 1)})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {'a.pgm': 'old', 'a.yaml': 'old'}
+    files.write_together({tmp_path / 'a.pgm': 'new', tmp_path / 'a.yaml': 'new'})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {'a.pgm': 'new', 'a.yaml': 'new'}
+
+
+@pytest.mark.parametrize('code, said', [
+    (errno.ENOSPC, "No space left on device. Make room on the disk (df -h {0} says how much is left), or choose -f"),
+    (errno.EACCES, 'Permission denied. Choose -f'), (errno.EROFS, 'Read-only file system. Choose -f')])
+def test_what_is_said_about_a_file_that_cannot_be_written(tmp_path, code, said):
+    error = OSError(code, os.strerror(code), str(tmp_path / 'a'))
+    assert files.unwritten(error, 'choose -f') == f'{tmp_path}/a cannot be written: {said.format(tmp_path)}'
+
+
+def test_what_is_said_about_a_missing_folder_and_a_relative_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileNotFoundError) as missing:
+        files.write_whole('maps/a.pgm', 'x')
+    assert files.unwritten(missing.value, 'choose -f') == (
+        f'{tmp_path}/maps/a.pgm cannot be written: No such file or directory. Type mkdir -p {tmp_path}/maps, or choose '
+        '-f')
+    assert files.unwritten(OSError('odd'), 'choose -f') == 'a file cannot be written: odd. Choose -f'
 
 
 def test_a_pipe_is_written_to(tmp_path):

@@ -51,8 +51,7 @@ def first_line(process):
 def other_with_number(pid):
     """Return a psutil.Process with the number of a living process that started at another time."""
     process = psutil.Process(pid)
-    process._create_time -= 100.0
-    process._ident = (pid, process._create_time)
+    process._ident = (pid, process.create_time() - 100.0)
     return process
 
 
@@ -93,6 +92,21 @@ def test_the_group_ends_with_it_also_when_it_has_ended_before(start, then):
         assert not gone(child)
     process.stop(QUICK)
     until(lambda: gone(child))
+
+
+@pytest.mark.parametrize('ends_first', [False, True])
+def test_the_program_of_a_wrapper_that_ends_at_once_has_the_time_to_write_its_file(start, tmp_path, ends_first):
+    """As the recorder below ``rosbag record``, which closes its bag after a SIGINT."""
+    file = tmp_path / 'written'
+    program = ('import sys, time\ntry:\n    print("runs", flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n'
+               f'    time.sleep(0.5); open({str(file)!r}, "w").close()')
+    process = start(f'import subprocess, sys, time\nsubprocess.Popen([sys.executable, "-c", {program!r}])\n'
+                    + 'time.sleep(60)' * (not ends_first))
+    first_line(process)
+    if ends_first:
+        until(lambda: not process.runs())
+    process.stop(((signal.SIGINT, SOON), (signal.SIGKILL, SOON)))
+    assert file.exists() and not process.members()
 
 
 def test_without_a_group_of_its_own_others_are_left_alone(start):

@@ -18,6 +18,8 @@ import rospy.impl.init
 import rospy.impl.registration
 import rospy_repair
 
+from rospy_support.own_master import own_master
+
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
 HANG = 3.0  # [s] after which a program that should hang does
 SWITCH = 'TURTLE_ROBOTONT_REPAIR_ROSPY'
@@ -248,6 +250,15 @@ def test_a_program_waits_for_the_master_and_says_so(arguments, python):
     assert f'There is no ROS master at {NO_MASTER}. Waiting for it: type roscore' in said
     code, _, err = interrupted(process, SIGINT)
     assert (code, err) == (1, 'Stopped while waiting for the ROS master.\n')
+
+
+def test_the_master_that_does_run_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'home'))  # not one of a ./run test
+    with own_master(str(tmp_path / 'log')):
+        process = program(INIT.format(arguments=[], own=False), ROS_MASTER_URI=NO_MASTER)
+        said = process.stderr.readline()
+        interrupted(process, SIGINT)
+    assert f'There is no ROS master at {NO_MASTER}.' in said and 'type export ROS_MASTER_URI=http://localhost:' in said
 
 
 def test_ctrl_c_while_waiting_is_a_keyboard_interrupt_for_a_program_with_its_own_signals():

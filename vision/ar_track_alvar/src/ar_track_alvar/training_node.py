@@ -159,7 +159,7 @@ class TrainingNode(MarkerNode):
             return _said(False, f'Not saved, because this would overwrite something else: {error}. Choose another '
                                 'file with ~bundle_file.')
         except OSError as error:
-            return _said(False, f'Not saved: {self._path}: {error.strerror}.')
+            return _said(False, f'Not saved: {files.unwritten(error, "choose another file with ~bundle_file")}.')
         unknown = f' The position of {", ".join(map(str, learnt.unknown))} is not known.' if learnt.unknown else ''
         return _said(True, f'Saved: {self._path}, {len(learnt.corners)} markers.{unknown}', not unknown)
 

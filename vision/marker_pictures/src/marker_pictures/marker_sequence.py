@@ -9,6 +9,7 @@ after the last frame.
 import json
 import math
 import os
+import re
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
@@ -18,6 +19,8 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import Camera, default_camera
 from plain_support import write_whole
 
+SET = 'marker_sequence'  # what frames.json says that it describes
+START = f'{{"set": "{SET}"'.encode()
 VERSION = 2  # of images and ground truth, and the name of the cached copy: increase it with every change
 FRAMES = 72
 RATE = 10.0  # [Hz] of the images
@@ -217,6 +220,17 @@ def _warp(canvas: np.ndarray, texture: np.ndarray, homography: np.ndarray) -> No
     part[:] = (drawn * share + part * (1.0 - share) + 0.5).astype(np.uint8)
 
 
+def others_of(folder: str) -> List[str]:
+    """Return the files that render_to would replace and that are not from an earlier call; raise OSError."""
+    there = [name for name in sorted(os.listdir(folder))
+             if re.fullmatch(r'frame_\d{3}\.jpg|frames\.json|camera\.yaml', name)]
+    if 'frames.json' in there:
+        with open(os.path.join(folder, 'frames.json'), 'rb') as file:
+            if file.read(len(START)) == START:
+                return []
+    return there
+
+
 def render_to(folder: str) -> None:
     """Write the sequence into a folder, which must exist; raise OSError."""
     renderer, frames = SequenceRenderer(), []
@@ -229,7 +243,7 @@ def render_to(folder: str) -> None:
     camera = renderer.camera
     matrix, distortion = camera.matrix.ravel().tolist(), camera.distortion[:5].tolist()
     write_whole(os.path.join(folder, 'frames.json'), json.dumps({
-        'set': 'marker_sequence', 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
+        'set': SET, 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
         'cameras': {'webcam': {'width': WIDTH, 'height': HEIGHT, 'K': matrix, 'D': distortion,
                                'distortion_model': 'plumb_bob'}}, 'frames': frames}))
     write_whole(os.path.join(folder, 'camera.yaml'), calibration_yaml(matrix, distortion))

@@ -11,6 +11,7 @@ import tempfile
 from typing import Optional, Sequence
 
 from marker_pictures import marker_sequence
+from plain_support import unwritten
 
 
 def cached(ros_home: str) -> str:
@@ -42,9 +43,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
         if options.output:
             folder = os.path.abspath(options.output)
             os.makedirs(folder, exist_ok=True)
+            others = marker_sequence.others_of(folder)
+            if others:
+                sys.exit(f'marker_sequence.py: {folder} has files that would be replaced, such as {others[-1]}. Choose '
+                         'another folder with --output')
             marker_sequence.render_to(folder)
         else:
             folder = cached(os.environ.get('ROS_HOME') or os.path.expanduser('~/.ros'))
     except OSError as error:
-        sys.exit(f'marker_sequence.py: cannot write the images: {error}')
+        sys.exit(f'marker_sequence.py: {unwritten(error, "choose another folder with --output")}')
     print(folder, end='', flush=True)

@@ -1,4 +1,5 @@
 """The rendered marker sequence: ground truth and detector, covered markers, calibration, cache."""
+import errno
 import json
 import os
 
@@ -111,12 +112,31 @@ def test_cache_is_filled_once_and_whole(tmp_path, monkeypatch):
 
 def test_rendering_that_fails_leaves_nothing(tmp_path, monkeypatch, capsys):
     def render_to(folder):
-        raise OSError('No space left on device')
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), f'{folder}/frame_000.jpg')
     monkeypatch.setattr(marker_sequence, 'render_to', render_to)
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    with pytest.raises(SystemExit, match='cannot write the images: No space left on device'):
+    with pytest.raises(SystemExit, match=r'frame_000\.jpg cannot be written: No space left on device. Make room on'):
         sequence_cache.main([])
     assert os.listdir(tmp_path / 'turtle_robotont') == [] and capsys.readouterr().out == ''
+
+
+@pytest.mark.parametrize('name, content', [
+    ('camera.yaml', 'camera_matrix: my own'), ('frames.json', '{"cameras": {}, "frames": []}'), ('frame_007.jpg', 'x')])
+def test_files_of_the_user_are_not_replaced(tmp_path, monkeypatch, name, content):
+    monkeypatch.setattr(marker_sequence, 'FRAMES', 1)
+    (tmp_path / name).write_text(content)
+    with pytest.raises(SystemExit, match=f'has files that would be replaced, such as {name}. Choose another folder'):
+        sequence_cache.main(['--output', str(tmp_path)])
+    assert os.listdir(tmp_path) == [name] and (tmp_path / name).read_text() == content
+
+
+def test_its_own_files_are_replaced_beside_others(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(marker_sequence, 'FRAMES', 1)
+    (tmp_path / 'notes.txt').write_text('mine')
+    for _ in range(2):
+        sequence_cache.main(['--output', str(tmp_path)])
+        assert capsys.readouterr().out == str(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == ['camera.yaml', 'frame_000.jpg', 'frames.json', 'notes.txt']
 
 
 def test_command_prints_the_folder_as_a_launch_file_takes_it(tmp_path, monkeypatch, capsys):

@@ -11,6 +11,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo, RegionOfInterest
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 
+from plain_support import unwritten
 from rospy_support.throttle import WallThrottle
 from usb_cam.core import calibration
 from usb_cam.core.calibration import Calibration, CalibrationError
@@ -102,8 +103,9 @@ class CameraInfos:
                 self._path = self._path or self._default_path()
                 calibration.write(self._path, self._calibration)
             except (OSError, CalibrationError) as error:
-                return SetCameraInfoResponse(False, f'The calibration is used until this node ends, but cannot be '
-                                                    f'written: {error}')
+                why = unwritten(error, 'choose _camera_info_url:=file://PATH') if isinstance(error, OSError) else error
+                return SetCameraInfoResponse(False, 'The calibration is used until this node ends, but is not kept: '
+                                                    f'{why}')
         rospy.loginfo('writing calibration data to %s', self._path)
         return SetCameraInfoResponse(True, f'written to {self._path}')
 

@@ -299,7 +299,9 @@ class Attempt:
         common = ['_rate:=1', '_clock:=true', '_paused:=true', f'_lockstep:={str(self._policy.lockstep).lower()}',
                   f'_record:={json.dumps(self._record, ensure_ascii=False)}']  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
-            return [*common, '_window:=false', f'_start:=[{start["x"]:.4f}, {start["y"]:.4f}, {start["theta"]:.4f}]']
+            limits = (0.0, turtle_world.ARENA_SIZE), (0.0, turtle_world.ARENA_SIZE), (-math.pi, math.pi)
+            numbers = ', '.join(_decimal(start[axis], *ends) for axis, ends in zip(('x', 'y', 'theta'), limits))
+            return [*common, '_window:=false', f'_start:=[{numbers}]']
         if self.exercise.world or self.exercise.robots:
             path = os.path.join(folder, WORLD)
             with open(path, 'w', encoding='utf-8') as file:
@@ -594,6 +596,11 @@ def _flooded(before, after, seconds, used=0.0):
         _, waited = max(spent)  # its main thread, or the busiest one
         spent.append([used, waited])
     return any(ran > max(FLOODED_SHARE * (seconds - waited), LEAST_SHARE * seconds) for ran, waited in spent)
+
+
+def _decimal(value, low, high):
+    """Return a number within limits, with four decimals, which are within them, too."""
+    return f'{min(max(round(value, 4), math.ceil(low * 1e4) / 1e4), math.floor(high * 1e4) / 1e4):.4f}'
 
 
 def _subscribers(master, topic):

@@ -19,6 +19,7 @@ from geometry_msgs.msg import Point, Pose, PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Header
 
+from course_grader.attempt import service_types
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import ANGLES, Call, Goal, Sensed, ShownMarkers, computed
 from kinematic_core.timing.pacing import BEGIN
@@ -82,6 +83,7 @@ class Stimuli:
 
     def _call(self, values, requests):
         service_class = roslib.message.get_service_class(values['type'])
+        requests = [service_types.request(service_class, numbers) for numbers in requests]
         for number, request in enumerate(requests):
             start = self._now()
             while not _offered(values['service']):

@@ -13,9 +13,9 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 from course_grader.classes import class_report, class_table, deadlines, marks
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import CLASS
+from course_grader.classes.graded import ANONYMOUS, CLASS, CODES, PAGES, PAIRS, SIMILAR, TABLES
 from course_grader.classes.submissions import LeftOut
-from course_grader.formats import exit_codes, harmless, systems, terminal
+from course_grader.formats import exit_codes, harmless, platforms, systems, terminal
 from course_grader.formats.platforms import Origin
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
@@ -71,9 +71,15 @@ def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
 def check_output(folder: str) -> None:
     """Raise OSError unless files can be written into a folder, MarksError if its MARKS or DEADLINES are wrong.
 
-    Call it before the gradings.
+    Raise ClassError if it has files that would be replaced, and that are not from an earlier class. Call it before the
+    gradings.
     """
     os.makedirs(folder, exist_ok=True)
+    others = [name for name in (*TABLES, *platforms.NAMES, CODES, ANONYMOUS, PAIRS, PAGES, SIMILAR)
+              if os.path.exists(os.path.join(folder, name))]
+    if others and not os.path.exists(os.path.join(folder, CLASS)):
+        raise ClassError(f'{folder} has {", ".join(others)}, which this would replace, and no results of a class. '
+                         'Choose another folder with --output DIR')
     marks.read(folder)
     deadlines.read(folder)
     with tempfile.TemporaryFile(dir=folder) as file:
@@ -95,13 +101,13 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
         if graded.similar:
             say('\n'.join(['Similar programs:', *(harmless.printed(f'  {pair.text()}')
                                                   for pair in graded.similar[:MAX_SIMILAR])]))
-    paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
                'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt,
                                 one.submission.handed_in)
                                for one in graded.results],
                'left_out': list(graded.left_out), 'platform': graded.origin.platform, 'ids': dict(graded.origin.ids)}
-    write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
+    write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')  # first: see check_output()
+    paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     if quiet:
         with open(os.path.join(options.output, PRINTED[options.format]), encoding='utf-8', newline='') as file:
             say(file.read().rstrip('\n'))

@@ -21,7 +21,7 @@ import zipfile
 import zlib
 from typing import IO, Any, Callable, Dict, List, NamedTuple, Set, Tuple
 
-from course_grader.classes.graded import HANDED_IN, LONGEST_NAME
+from course_grader.classes.graded import CLASS, HANDED_IN, LONGEST_NAME
 from course_grader.classes.submissions import NOBODYS, LeftOut
 from course_grader.formats import platforms
 from course_grader.formats.platforms import Origin
@@ -34,6 +34,7 @@ CANVAS = re.compile(r'(?P<name>[^_/]+)_(?P<late>LATE_|late_)?(?P<id>\d+)_\d+_(?P
 AGAIN = re.compile(r'-\d+(?=\.\w+$)')  # Canvas numbers a file that replaces one of the same name
 SUBMISSION = re.compile(r'submission_(?P<id>\d+)')
 ZIP = '.zip'
+UNPACKED = '.handed_in'  # file beside the folder HANDED_IN: it is made by folder_of_class(), and may be replaced
 METADATA = 'submission_metadata.yml'  # of Gradescope
 MAX_FILE, MAX_ALL = 64 * MEGABYTE, 2048 * MEGABYTE  # [bytes] of a file, and of all together
 MAX_FILES = 100_000
@@ -67,8 +68,11 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
     if is_folder and not places:
         return path, [], origin
     target = os.path.join(output, HANDED_IN)
+    _check_target(path, target, output)
     shutil.rmtree(target, ignore_errors=True)
     os.makedirs(target)
+    with open(os.path.join(output, UNPACKED), 'ab'):
+        pass
     left_out, room = [], MAX_ALL
     for file in files[:MAX_FILES]:
         student, rest = places.get(file.name, ('', file.name))
@@ -85,6 +89,16 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
     if len(files) > MAX_FILES:
         left_out.append(LeftOut('', '', f'{len(files) - MAX_FILES} more files: at most {MAX_FILES:,} are read'))
     return target if places else _inner(target), left_out, origin
+
+
+def _check_target(path: str, target: str, output: str) -> None:
+    """Raise DownloadError if the folder that is unpacked into has files of the teacher."""
+    if os.path.join(os.path.realpath(path), '').startswith(os.path.join(os.path.realpath(target), '')):
+        raise DownloadError(f'{path} lies in {target}, where it would be unpacked and replaced. Choose another folder '
+                            'with --output DIR')
+    if os.path.exists(target) and not any(os.path.exists(os.path.join(output, name)) for name in (UNPACKED, CLASS)):
+        raise DownloadError(f'{target} would be replaced, and was not unpacked by ./run grade. Choose another folder '
+                            'with --output DIR')
 
 
 def _inner(folder: str) -> str:

@@ -8,7 +8,7 @@ from course_grader.formats import harmless, junit, path_picture
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
-from plain_support import write_whole
+from plain_support import write_together
 
 WIDTH = 110  # characters of a line of the text
 
@@ -34,9 +34,9 @@ def text(exercise: Exercise, decided: Verdict) -> str:
 
 def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict, command: Sequence[str],
           seed: int, isolation: str = '', notes: Sequence[str] = ()) -> None:
-    """Write result.json, junit.xml, output.txt and, if there is a path, path.png and path.svg; raise OSError.
+    """Write result.json, junit.xml, output.txt and, if there is a path, path.png and path.svg, all or none.
 
-    ``notes``: remarks that change no score.
+    ``notes``: remarks that change no score. Raise OSError.
     """
     os.makedirs(folder, exist_ok=True)
     result = {'exercise': exercise.name, 'title': exercise.title, 'asks': exercise.asks,
@@ -45,13 +45,12 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
               'notes': list(notes),
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code, 'isolation': isolation}
-    write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
     suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided.public(), observed.seconds,
                         isolation)
-    write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
     output = ''.join(f'{line.t - observed.start:8.2f}  {harmless.plain(line.text)}\n' for line in observed.lines)
-    write_whole(os.path.join(folder, 'output.txt'), output)
+    files = {'result.json': json.dumps(result, indent=2) + '\n', 'junit.xml': junit.document([suite]),
+             'output.txt': output}
     drawn = path_picture.drawing(exercise, observed)
     if drawn:
-        write_whole(os.path.join(folder, 'path.png'), path_picture.png(drawn))
-        write_whole(os.path.join(folder, 'path.svg'), path_picture.svg(drawn))
+        files.update({'path.png': path_picture.png(drawn), 'path.svg': path_picture.svg(drawn)})
+    write_together({os.path.join(folder, name): content for name, content in files.items()})

@@ -14,14 +14,13 @@ import re
 import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
-from course_grader.rules import variants
+from course_grader.rules import playable, variants
 from course_grader.rules.fits import LINE
 from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Span
-from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
+from course_grader.rules.quantities import UNITS, QuantityError, bounded, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
@@ -34,18 +33,18 @@ ALLOWED = ('teleport', 'reset', 'kill')
 BESIDE = ('map_server', 'amcl', 'slam_gmapping', 'move_base')
 WORLDS = pathlib.Path(__file__).resolve().parents[5] / 'simulation' / 'robotont_gazebo' / 'worlds'
 START: Parameters = {
-    'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
-    'theta': Parameter('span angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
+    'x': Parameter('drawn length', None, 'position'), 'y': Parameter('drawn length', None, 'position'),
+    'theta': Parameter('drawn angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
 ODOMETRY: Parameters = {
     'noise': Parameter('length', 0.0, 'of each wheel after one metre'),
     'slip': Parameter('share', 0.0, 'by which the wheels turn in vain')}
-SHIFT: Parameters = {axis: Parameter('span length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
+SHIFT: Parameters = {axis: Parameter('drawn length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'drive': {
         'for': Parameter('time', ..., 'how long'),
         'after': Parameter('time or 0', 0.0, 'when it starts'),
-        'linear': Parameter('span speed', (0.5, 1.5), 'drawn from this span'),
-        'angular': Parameter('span turn speed', (-0.8, 0.8), 'drawn from this span')},
+        'linear': Parameter('drawn speed', (0.5, 1.5), 'drawn from this span'),
+        'angular': Parameter('drawn turn speed', (-0.8, 0.8), 'drawn from this span')},
     'call': {
         'service': Parameter('name', ..., 'its name'),
         'type': Parameter('service type', ..., 'its type, such as `turtlesim/TeleportAbsolute`'),
@@ -66,8 +65,8 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'after': Parameter('time or 0', 0.0, 'when they start')},
     'carry': {
         'after': Parameter('time', ..., 'when'),
-        'x': Parameter('span length', ..., 'where to'), 'y': Parameter('span length', ..., 'where to'),
-        'theta': Parameter('span angle', (0.0, 0.0), 'heading there')},
+        'x': Parameter('drawn length', ..., 'where to'), 'y': Parameter('drawn length', ..., 'where to'),
+        'theta': Parameter('drawn angle', (0.0, 0.0), 'heading there')},
     'move': {
         'after': Parameter('time', ..., 'when'),
         'panel': Parameter('text', ..., 'the name of a panel of the world'),
@@ -229,7 +228,7 @@ def load(path: documents.Path, student: str = '') -> Exercise:
 def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     """Return the Exercise in what a YAML file holds, with the values of a student."""
     problems: List[str] = []
-    content = variants.content_for(content, name, student, problems)
+    content_of_all, content = content, variants.content_for(content, name, student, problems)
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
     robots = _robots(values, problems)
@@ -259,18 +258,29 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                         [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
                         odometry, values['parameters'], values['localised'], tuple(values['unmapped']),
                         bool(values['vary']), values['starts'], robots, values['solution'])
-        problems = list(_contradictions(made))
+        problems = [*_contradictions(made), *playable.problems(made)] or list(_of_others(content_of_all, name))
         if not problems:
             return made
     raise ExerciseError('\n'.join(problems))
+
+
+def _of_others(content: Any, name: str) -> Iterator[str]:
+    """Yield the problems with the values of other students, at the ends of what is drawn."""
+    for values, filled in variants.ends(content):
+        try:
+            parse(filled, name)
+        except ExerciseError as error:
+            yield from (f'for students who get {values}: {line}' for line in str(error).split('\n'))
 
 
 def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
     limits = {axis: found for axis, found in _fields(values.get('start', {}), START, 'start', problems).items()
               if found is not None}
     for axis in 'xy' if values.get('simulator') == 'turtlesim' else '':
-        if not 0.0 <= limits.get(axis, (0.0,))[0] <= limits.get(axis, (0.0,))[-1] <= ARENA_SIZE:
-            problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
+        low, high = limits.get(axis, playable.ARENA)
+        if not playable.ARENA[0] <= low <= high <= playable.ARENA[1]:
+            problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to '
+                            f'{playable.ARENA[1]:.4f} m')
     return limits
 
 
@@ -528,13 +538,15 @@ def _convert(value: Any, kind: Kind) -> Any:
         return _plain(value, kind)
     if kind in PATTERNS:
         pattern, meaning = PATTERNS[kind]
-        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+        if not isinstance(value, str) or not re.fullmatch(pattern, value, re.ASCII):
             raise QuantityError(f'{shown(value)} must be {meaning}')
         return value
     if kind in OTHERS:
         return OTHERS[kind](value)
     if kind.startswith('span '):
         return span(value, kind[len('span '):])
+    if kind.startswith('drawn '):
+        return bounded(value, kind[len('drawn '):])
     return _above(value, quantity(value, kind.replace(' or 0', '')), kind)
 
 

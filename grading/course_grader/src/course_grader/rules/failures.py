@@ -1,6 +1,7 @@
 """Explains error messages of Python and ROS to beginners, with advice for each. Without ROS.
 
-The first entry of FAILURES whose pattern is found counts, so specific ones precede general ones.
+The first entry of FAILURES whose pattern is found counts, so specific ones precede general ones. Messages differ
+between versions of Python: MESSAGES of test_failures.py has those of 3.11 to 3.14.
 """
 import re
 from typing import Callable, Match, Optional, Tuple, Union
@@ -19,7 +20,8 @@ PACKAGES = {  # name: module that it is imported from
     'AlvarMarker': 'ar_track_alvar_msgs.msg', 'quaternion_from_euler': 'tf.transformations',
     'euler_from_quaternion': 'tf.transformations', 'pi': 'math', 'sqrt': 'math', 'atan2': 'math', 'sin': 'math',
     'cos': 'math', 'radians': 'math', 'degrees': 'math', 'hypot': 'math'}
-MODULES = 'math', 'sys', 'os', 'time', 'random', 'threading', 'rospy', 'tf', 'tf2_ros', 'roslib', 'numpy', 'turtlesim'
+PLAIN = 'math', 'sys', 'os', 'time', 'random', 'threading'  # modules of Python without modules in them
+MODULES = (*PLAIN, 'rospy', 'tf', 'tf2_ros', 'roslib', 'numpy', 'turtlesim')
 WORDS = {'true': 'True', 'false': 'False', 'none': 'None', 'null': 'None', 'nil': 'None', 'NULL': 'None'}
 TEXT_AS_NUMBER = ('a text is used as a number: write numbers without quotation marks, or make a number of a text by '
                   'float(text)')
@@ -27,6 +29,9 @@ NO_VALUE_YET = ('a variable is still None when it is used: wait until the callba
                 'function without return gives None, too')
 NO_PARENTHESES = 'a function is called with parentheses, also one without arguments, as in rospy.Time.now()'
 PYTHON_2 = 'this is Python 2: `2to3 -w FILE` makes it Python 3'
+SHADOWS = 'a file of yours has the name of the module {0}: give the file {0}.py another name'
+F_STRING = ('in an f-string, each {{ needs its }} and a value between them, and quotation marks inside are others than '
+            'those around it: f"x = {{pose.x}}"')
 INDENTATION = 'indent each block by four blanks, and use no tabs'
 ONE_ARGUMENT = ('a callback gets one argument, the message or request: `def {0}(message):`, in a class '
                 '`def {0}(self, message):`')
@@ -51,8 +56,10 @@ def _no_node(match: Match[str], source: str) -> str:
     return 'call rospy.init_node before everything else of rospy'
 
 
-def _undefined(match: Match[str], _source: str) -> str:
+def _undefined(match: Match[str], source: str) -> str:
     name = match[1]
+    if re.search(rf'^\s*except\b[^:#\n]*,\s*{name}\s*:', source, re.MULTILINE):  # no SyntaxError since Python 3.14
+        return PYTHON_2
     if name in WORDS:
         return f'Python writes {WORDS[name]} instead of {name}'
     if name == 'self':
@@ -85,6 +92,12 @@ def _no_module(match: Match[str], _source: str) -> str:
     if name in ('Tkinter', 'Queue', 'ConfigParser', 'urllib2', 'commands'):
         return PYTHON_2
     return f'there is no module {name}: check its spelling; messages are in PACKAGE.msg, services in PACKAGE.srv'
+
+
+def _no_package(match: Match[str], _source: str) -> str:
+    """Return advice on a name that is imported from a module which has no modules in it, or should have some."""
+    name, module = match[1], match[2]
+    return f'{name} is a name in {module}: `from {module} import {name}`' if module in PLAIN else SHADOWS.format(module)
 
 
 def _no_attribute(match: Match[str], source: str) -> str:
@@ -215,6 +228,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      PYTHON_2),
     (r"inconsistent use of tabs|TabError|unindent does not match|expected an indented block|unexpected indent|"
      r"'(?:return|yield|break|continue)' (?:outside|not properly)", INDENTATION),
+    (r"SyntaxError: f-string: |unterminated (?:triple-quoted )?f-string|unterminated t-string", F_STRING),
     (r"was never closed|unmatched '|does not match opening|unexpected EOF",
      'a bracket is missing or one too many: each ( [ {{ needs its ) ] }}'),
     (r"expected ':'", 'lines that begin with if, else, while, for, def or class end with a colon'),
@@ -222,15 +236,18 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'a quotation mark, a minus or a space was copied from a document: type it again on the keyboard'),
     (r"Maybe you meant '==' or|cannot assign to .* here|SyntaxError: cannot assign",
      'one = gives a name a value, and == compares: names stand to the left of ='),
-    (r"unterminated .*string|EOL while scanning", 'a text has to end with the quotation mark that it starts with'),
+    (r"unterminated .*string|EOL while scanning|intended to be part of the string",
+     'a text has to end with the quotation mark that it starts with'),
+    (r"invalid syntax\. Did you mean '(\w+)'", 'a word of Python in that line is misspelt: it is {0}'),
     (r"SyntaxError", 'Python cannot read that line: look there, and in the line before, for a missing colon, comma, '
      'bracket or quotation mark'),
     (r"EOFError|input\(\) does not work", 'input() does not work here, because nobody types: write the values into the '
      'program instead'),
     (r"the following arguments are required|usage: .*\n.*error: ",
      'the program gets no arguments here: write the values into it, or give them defaults'),
-    (r"partially initialized module '(\w+)'", 'a file of yours has the name of the module {0}: give the file another '
-     'name'),
+    (r"partially initialized module '(\w+)|(?:from|module) '(\w+)[^\n]*\(consider renaming ",
+     lambda match, _: SHADOWS.format(match[1] or match[2])),
+    (r"No module named '\w+\.(\w+)'; '(\w+)' is not a package", _no_package),
     (r"No module named '([\w.]+)'", _no_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", _not_in_module),
     (r"attempted relative import", 'import without a leading dot: `import NAME`'),
@@ -267,9 +284,9 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'a number is needed where a text, a list or None is given, and a whole one, such as 255, for a colour: write '
      'numbers without quotation marks'),
     (r"(\w+) expected (?:at (?:least|most) )?(\d+) arguments?, got (\d+)", '{0} takes {1} values, and gets {2}'),
-    (r"math domain error|expected a (?:nonnegative|number in range)", 'the number has no root, or no asin or acos, '
-     'because it is negative, or above 1: print it before'),
-    (r"(min|max)\(\) (?:arg|iterable argument) is an? empty", '{0}() gets an empty list: look at len(list) first'),
+    (r"math domain error|expected a (?:nonnegative|positive|number in range)", 'the number has no root, or no '
+     'asin, acos or log, because it is negative, or above 1: print it before'),
+    (r"(min|max)\(\) (?:arg|iterable argument) is (?:an? )?empty", '{0}() gets an empty list: look at len(list) first'),
     (r"(?:too many|not enough) values to unpack|cannot unpack", 'there are more or fewer values after = than names '
      'before it: print the value'),
     (r"data_class \[.*is not a", 'the second argument of Publisher and Subscriber is the type of the messages, without '
@@ -280,8 +297,10 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'PACKAGE.srv: no message, request or response'),
     (r"(\w+)\(\) takes no arguments", '{0} takes no values in its parentheses: the answer of a service is made by '
      '{0}Response(...), and a class of your own needs an __init__ for them'),
-    (r"(\w+)(?:\.__init__)?\(\) got an unexpected keyword argument '(\w+)'",
-     '{0} has no argument {1}: check its spelling'),
+    (r"(\w+)(?:\.__init__)?\(\) got an unexpected keyword argument '(\w+)'(?:\. Did you mean '(\w+)')?",
+     lambda match, _: f'{match[1]} has no argument {match[2]}: '
+     + (f'did you mean {match[3]}?' if match[3] else 'check its spelling')),
+    (r"'(\w+)' is an invalid keyword argument for (\w+)\(\)", '{1} has no argument {0}: check its spelling'),
     (r"could not convert string to float|invalid literal for int\(\)",
      'float() and int() read a text that holds one number and nothing else: print the text to see what is in it'),
     (r"(?:can only concatenate str|must be str, not|can't multiply sequence)",
@@ -306,9 +325,10 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"module '(\w+)' has no attribute '(msg|srv)'", 'import what is used of it: `from {0}.{1} import NAME`'),
     (r"module 'rospy' has no attribute '(\w+)'", 'rospy has no {0}: check the spelling and the capital letters, as in '
      'rospy.Publisher'),
-    (r"module '([\w.]+)' has no attribute '(\w+)'", '{0} has no {1}: check the spelling and the capital letters'),
+    (r"module '([\w.]+)' has no attribute '(\w+)'", '{0} has no {1}: check the spelling and the capital letters, and '
+     'that no file of yours is called {0}.py'),
     (r"type object '(\w+)' has no attribute '(\w+)'", OF_A_TYPE),
-    (r"'([\w.]+)' object has no attribute '(\w+)'(?:\. Did you mean: '(\w+)')?", _no_attribute),
+    (r"'([\w.]+)' object has no attribute '(\w+)'(?:\. Did you mean: '([\w.]+)')?", _no_attribute),
     (r"name '(\w+)' is not defined(?:\. Did you mean: '([\w.]+)')?", _undefined),
     (r'to have datatype/md5sum \[([\w/]+)/\w+\], but our version has \[([\w/]+)/\w+\]', _types_differ),
     (r'(?i)service.* md5sum|incompatible (?:service )?type|wants service .* to have',
@@ -320,6 +340,8 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'perhaps none: loop over it with `for`, or look at len(list) first'),
     (r"KeyError: '?(~?[\w/]+)", 'nothing has the name {0}: check its spelling, or give a default, as in '
      'rospy.get_param(NAME, 0.5)'),
+    (r"unhashable type: '(\w+)'", 'a {0} cannot be a key of a dictionary or lie in a set: use a number, a text or a '
+     'tuple'),
     (r"ZeroDivisionError", 'a number is divided by 0: look at it before'),
     (r"RecursionError", 'a function calls itself without end: use a loop'),
     (r"ROSBagUnindexedException|not indexed", 'close the bag, by bag.close(), before it is opened to read it'),

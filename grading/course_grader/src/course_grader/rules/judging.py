@@ -2,9 +2,10 @@
 
 A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
 file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
-above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'); 'text'; 'name' of a
-topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0; 'colour', [r, g, b];
-'value', a number, a text, true or false; 'points', a list of [x, y]; or a tuple of the values that are allowed.
+above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'), which has both ends if
+a value is drawn from it ('drawn length'); 'text'; 'name' of a topic or service; 'service type'; 'pattern', a regular
+expression; 'integer', which is above 0; 'colour', [r, g, b]; 'value', a number, a text, true or false; 'points', a list
+of [x, y]; or a tuple of the values that are allowed.
 """
 import math
 import statistics

@@ -187,9 +187,10 @@ def _only_turns(observed: Observed) -> Iterator[str]:
 
 
 def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A pen that is off at the end, and that does not draw a part of the path."""
+    """A pen that is off, so that nothing is drawn."""
     pens = observed.pens()
-    if pens and pens[-1] and pens[-1][-1] and len(observed.drawn(pen_down=True)) < len(observed.drawn()):
+    if pens and pens[-1] and pens[-1][-1] and (
+            fits.path_length(observed.drawn(pen_down=True)) < SHORT < fits.path_length(observed.drawn())):
         yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
 
 
@@ -492,7 +493,12 @@ def _polygon(shape: str, sides: int, path: Sequence[Tuple[float, float]], observ
         yield ('it drives while it turns, so that the corners are round: publish linear.x = 0 together with angular.z')
         return
     corners, parts = fits.corners(path, STRAIGHT), _parts(sides, path)
-    if len(corners) > sides and _crosses(corners[-sides - 1:-1]):
+    if len(corners) == sides + 1 and _is_regular(corners[1:]) and math.dist(corners[0], corners[-1]) > STRAIGHT:
+        (x, y), (first_x, first_y) = corners[:2]
+        yield (f'the last side is missing: it started at ({x:.1f}, {y:.1f}), which is no corner, so that its way to '
+               f'the first corner is no side; let it go to the first corner, ({first_x:.1f}, {first_y:.1f}), again at '
+               'the end')
+    elif len(corners) > sides and _crosses(corners[-sides - 1:-1]):
         yield ('the corners are visited in the wrong order, so that the sides cross: go around, from neighbour to '
                'neighbour')
     elif len(parts) >= sides and _turned(parts) is not None:
@@ -545,6 +551,18 @@ def _turns_while_driving(commands: Sequence[Command]) -> bool:
     driving = [command for command in commands if abs(command.linear_x) >= MOVING]
     return bool(turning) and len(driving) > len(turning) and all(
         abs(command.linear_x) >= MOVING for command in turning)
+
+
+def _is_regular(corners: Sequence[Tuple[float, float]]) -> bool:
+    """Return whether corners are those of a regular polygon, one after the other, as the first one is of the last."""
+    turned = [*corners[1:], corners[0]]
+    steps = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(corners, turned)]
+    lengths = [math.hypot(*step) for step in steps]
+    headings = [math.atan2(y, x) for x, y in steps]
+    turns = [math.remainder(b - a, math.tau) for a, b in zip(headings, [*headings[1:], headings[0]])]
+    right = math.copysign(math.tau / len(corners), turns[0])
+    return min(lengths) >= SHORT and max(lengths) <= EQUAL * min(lengths) and all(
+        abs(turn - right) <= 2.0 * TURNED_WELL for turn in turns)
 
 
 def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:

@@ -43,7 +43,10 @@ def quantity(text: object, dimension: str) -> float:
     if UNITS.get(unit, ('',))[0] != dimension:
         raise QuantityError(f'the unit {shown(unit)} in {shown(text)} does not measure a {dimension}; it must be '
                             f'{allowed}')
-    return float(match.group(1)) * UNITS[unit][1]
+    value = float(match.group(1)) * UNITS[unit][1]
+    if math.isinf(value):
+        raise QuantityError(f'{shown(text)} is too large')
+    return value
 
 
 def span(text: object, dimension: str) -> Tuple[float, float]:
@@ -61,3 +64,12 @@ def span(text: object, dimension: str) -> Tuple[float, float]:
         return -math.inf, quantity(text[len('at most '):], dimension)
     exact = quantity(text, dimension)
     return exact, exact
+
+
+def bounded(text: object, dimension: str) -> Tuple[float, float]:
+    """Return the same for a span from which a value is drawn, so that it has both ends."""
+    found = span(text, dimension)
+    if math.isinf(found[0]) or math.isinf(found[1]):
+        raise QuantityError(f'{shown(text)} has no end, and a value is drawn from it; write it like '
+                            f'"3 to 5 {units_of(dimension).split(",")[0]}"')
+    return found

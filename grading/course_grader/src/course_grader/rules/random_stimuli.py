@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import Span
+from kinematic_core.worlds.angles import wrap_angle
 
 Position = Tuple[float, float, float]
 MOVED = 'stops', 'passes', 'draws'  # checks whose points are shifted, too
@@ -33,14 +34,19 @@ def start(exercise: Exercise, seed: int) -> Dict[str, float]:
     numbers = random.Random(seed)
     limits = {**dict.fromkeys('xy', MIDDLE_OF_ARENA if exercise.simulator == 'turtlesim' else (0.0, 0.0)),
               **exercise.start}
-    return {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
+    return _drawn(limits, numbers)
+
+
+def _drawn(limits: Mapping[str, Span], numbers: random.Random) -> Dict[str, float]:
+    """Return a pose, with a heading from -pi to pi, whatever the exercise says."""
+    x, y, theta = (numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta'))
+    return {'x': x, 'y': y, 'theta': wrap_angle(theta)}
 
 
 def robots(exercise: Exercise, seed: int) -> Dict[str, Dict[str, float]]:
     """Return {name: {x, y, theta}} of the starts of several robots [m, m, rad]."""
     numbers = random.Random(seed)
-    return {name: {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
-            for name, limits in exercise.robots.items()}
+    return {name: _drawn(limits, numbers) for name, limits in exercise.robots.items()}
 
 
 def shifted(exercise: Exercise, seed: int) -> Exercise:
@@ -87,7 +93,8 @@ def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple
 
 def _poses(values: Mapping[str, Any], numbers: random.Random) -> List[Position]:
     """Return the pose [m, m, rad] to which the robot is carried."""
-    return [(numbers.uniform(*values['x']), numbers.uniform(*values['y']), numbers.uniform(*values['theta']))]
+    pose = _drawn(values, numbers)
+    return [(pose['x'], pose['y'], pose['theta'])]
 
 
 def _turns(values: Mapping[str, Any], numbers: random.Random) -> List[Optional[Tuple[float, float, float]]]:

@@ -7,6 +7,7 @@ from course_grader.rules.judging import ANY, Kind, Parameters
 from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
 
+SPANS = 'span ', 'drawn '  # beginnings of kinds
 WIDTH = 100  # characters of a line in the terminal
 HEADINGS = 'parameter', 'kind', 'default', 'meaning'
 WORDS = {'integer': 'whole number', 'pattern': 'regular expression', 'boolean': 'true or false',
@@ -87,7 +88,7 @@ def kind_of(kind: Kind) -> str:
     """Return a kind of judging.py in words."""
     if isinstance(kind, tuple):
         return ', '.join(map(str, kind))
-    return f'span of {kind[len("span "):]}' if kind.startswith('span ') else WORDS.get(kind, kind)
+    return f'span of {kind.split(" ", 1)[1]}' if kind.startswith(SPANS) else WORDS.get(kind, kind)
 
 
 def default_of(kind: Kind, default: Any, quote: str = '') -> str:
@@ -104,9 +105,9 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
         return str(default).lower()
     if kind == 'pattern':
         return f'{quote}{default}{quote}'
-    if isinstance(kind, str) and kind.startswith('span '):
+    if isinstance(kind, str) and kind.startswith(SPANS):
         low, high = default
-        return f'{low:g} to {high:g} {_unit(kind[len("span "):])}' if low != high else f'{low:g}'
+        return f'{low:g} to {high:g} {_unit(kind.split(" ", 1)[1])}' if low != high else f'{low:g}'
     if isinstance(default, (list, dict, tuple)):
         return 'none'
     if isinstance(default, float) and kind != 'number':

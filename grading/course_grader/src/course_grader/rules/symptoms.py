@@ -8,7 +8,7 @@ come last.
 """
 import re
 import statistics
-from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes, suspicions
 from course_grader.rules.exercise import Exercise
@@ -19,6 +19,7 @@ from kinematic_core.worlds import robot_world
 from plain_support.doctor import names
 from plain_support.doctor.findings import misnamed
 
+OF_A_CHECK = {'lost', 'kept', 'seen'}  # predicates on results of checks alone
 MAX_HINTS = 2  # the first are the most likely causes
 SEARCHED_LINES = 200  # of the output at either end that are searched
 OPPOSITE = {  # the role that program and simulator share for a name: advice
@@ -47,6 +48,13 @@ class Seen(NamedTuple):
     observed: Observed
     lost: Dict[str, List[Reason]]  # an exercise may have several checks of one name
     said: str
+
+
+class Listed(NamedTuple):
+    """A hint of the exercise file; ``special``: its predicates are about what the program is or did, see OF_A_CHECK."""
+
+    hint: str
+    special: bool
 
 
 Predicate = Callable[[Seen, Any], bool]
@@ -111,36 +119,40 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[Li
     elif not found:  # otherwise the observations are only its effect
         if exercise.robots:  # what one of them does says nothing about the others
             return [*_early_end(seen), *_silent(exercise, observed, lost),
-                    *_ordered(exercise, {}, _listed(exercise, seen, set()))], False
+                    *_ordered(exercise, {}, _listed(exercise, seen))], False
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
-        explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         suspected = list(_suspected(exercise, program, seen))
         found = [*suspected, *_early_end(seen), *_silent(exercise, observed, lost),
                  *(() if suspected else _stands(program, observed, lost)),
-                 *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen, explained))]
+                 *_waits(exercise, observed, lost), *_ordered(exercise, by_check, _listed(exercise, seen))]
         if program and any(check in lost for check in POSITIONS):  # what was observed explains more
             found += suspicions.unwrapped(program, observed)
         found = found or [*path_mistakes.measured(exercise, observed, lost)]
     return found, certain
 
 
-def _ordered(exercise: Exercise, by_check: Dict[str, List[str]], listed: Dict[str, List[str]]) -> Iterator[str]:
+def _ordered(exercise: Exercise, by_check: Dict[str, List[str]], listed: Dict[str, List[Listed]]) -> Iterator[str]:
     """Return the hints of both, in the order of the checks: what a program commands explains the path that it drives.
 
-    Those that belong to no check come last.
+    A special symptom of the exercise knows more of its task than a general hint for the same check; the others say
+    something only where no general hint does. Those that belong to no check come last.
     """
     for check in (*dict.fromkeys(rule.name for rule in exercise.rules), ''):
-        yield from (*by_check.get(check, ()), *listed.get(check, ()))
+        own, general = listed.get(check, []), by_check.get(check, [])
+        explained = check and set(general) - set(path_mistakes.SIGNS.values())
+        yield from (hint for hint, special in own if special)
+        yield from general
+        yield from (hint for hint, special in own if not special and not explained)
 
 
-def _listed(exercise: Exercise, seen: Seen, explained: Set[str]) -> Dict[str, List[str]]:
-    """Return {check: hints} of the exercise file, the first one of each check that is not ``explained`` yet."""
-    found: Dict[str, List[str]] = {}
+def _listed(exercise: Exercise, seen: Seen) -> Dict[str, List[Listed]]:
+    """Return {check: hints} of the exercise file, the first one of each check."""
+    found: Dict[str, List[Listed]] = {}
     for symptom in exercise.symptoms:
         values = {name: value for name, value in symptom.items() if name != 'hint' and value not in (None, ANY)}
-        if values.get('lost') not in explained and all(PREDICATES[name](seen, value) for name, value in values.items()):
-            found.setdefault(values.get('lost', ''), []).append(symptom['hint'])
-            explained = explained | {values.get('lost', '')} - {''}
+        check = values.get('lost', '')
+        if not (check and check in found) and all(PREDICATES[name](seen, value) for name, value in values.items()):
+            found.setdefault(check, []).append(Listed(symptom['hint'], bool(set(values) - OF_A_CHECK)))
     return found
 
 

@@ -6,7 +6,7 @@ the class agree. Without ROS.
 import random
 import re
 import unicodedata
-from typing import Any, Dict, List
+from typing import Any, Dict, Iterator, List, Tuple
 
 from course_grader.rules.quantities import NUMBER, UNIT, UNITS, QuantityError, span
 from plain_support import shown
@@ -14,6 +14,7 @@ from plain_support import shown
 VARY = 'vary'
 NAME = re.compile(r'[A-Za-z]\w*')
 PLACE = re.compile(r'\$(\w+)')
+DRAWN = re.compile(rf'\s*({NUMBER})\s+to\s+({NUMBER})\s*({UNIT})\s*')
 FINE, COARSE = 2, 1  # decimals of a value whose span is narrower than WIDE, and of others
 WIDE = 1.0
 
@@ -39,19 +40,33 @@ def content_for(content: Any, exercise: str, student: str, problems: List[str]) 
     return {key: value if key == VARY else _filled(value, values) for key, value in content.items()}
 
 
+def ends(content: Any) -> Iterator[Tuple[str, Any]]:
+    """Yield (values, content) of a right exercise file for the lowest and for the highest values that can be drawn."""
+    if not isinstance(content, dict) or VARY not in content:
+        return
+    others = {key: value for key, value in content.items() if key != VARY}
+    for end in (1, 2):
+        matches = {name: DRAWN.fullmatch(text) for name, text in content[VARY].items()}
+        values = {str(name): f'{float(match[end]):g} {match[3]}' for name, match in matches.items() if match}
+        yield ', '.join(f'{name} = {value}' for name, value in values.items()), _filled(others, values)
+
+
 def _plain(student: str) -> str:
     return ' '.join(unicodedata.normalize('NFC', student).casefold().split())
 
 
 def _drawn(name: str, text: Any, seed: str) -> str:
     """Return a value as a text with its unit; raise QuantityError."""
-    parts = re.fullmatch(rf'\s*({NUMBER})\s+to\s+({NUMBER})\s*({UNIT})\s*', text) if isinstance(text, str) else None
+    parts = DRAWN.fullmatch(text) if isinstance(text, str) else None
     if not NAME.fullmatch(name) or parts is None or parts[3] not in UNITS:
         raise QuantityError(f'{shown(text)} must be a span with a unit, such as "8 to 10 m", of a name of letters')
     span(text, UNITS[parts[3]][0])
     low, high = float(parts[1]), float(parts[2])
-    value = round(random.Random(f'{seed}/{name}').uniform(low, high), COARSE if high - low >= WIDE else FINE)
-    return f'{value:g} {parts[3]}'
+    decimals = COARSE if high - low >= WIDE else FINE
+    if low < high and round(low, decimals) == round(high, decimals):
+        raise QuantityError(f'{shown(text)} has only one value with {decimals} decimals; use a smaller unit')
+    value = round(random.Random(f'{seed}/{name}').uniform(low, high), decimals)
+    return f'{min(max(value, low), high):g} {parts[3]}'
 
 
 def _filled(value: Any, values: Dict[str, str]) -> Any:

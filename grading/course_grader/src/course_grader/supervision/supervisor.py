@@ -102,7 +102,13 @@ def final(got: Attempted, busy: str, again: bool = False) -> Attempted:
 
 
 def remove_results(folder: str) -> None:
-    _remove(folder, RESULTS)
+    _remove(folder, reversed(RESULTS))  # the first says that the others are results, too: see others_of()
+
+
+def others_of(folder: str) -> List[str]:
+    """Return the files that a grading in a folder would replace, and that no grading has written."""
+    names = set(os.listdir(folder)) if os.path.isdir(folder) else set()
+    return [] if names & {RESULTS[0], LOG} else sorted(names & {*RESULTS, RECORD})
 
 
 def _remove(folder: str, names: Iterable[str]) -> None:

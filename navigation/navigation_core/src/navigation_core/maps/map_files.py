@@ -1,15 +1,17 @@
 """Map files as map_server reads and map_saver writes them: a YAML file and an image."""
+import itertools
 import math
 import os
+import re
 import struct
-from typing import Any, NamedTuple, Tuple
+from typing import Any, Mapping, NamedTuple, Tuple
 
 import cv2
 import numpy as np
 
 from navigation_core.maps.grid_map import FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
 from navigation_core.poses import Array, Pose
-from plain_support import documents, shown
+from plain_support import documents, shown, write_together
 from plain_support.documents import DocumentError
 
 MODES = 'trinary', 'scale', 'raw'
@@ -114,9 +116,29 @@ def saved(grid: GridMap, name: str, occupied: int = 65, free: int = 25) -> Tuple
     pixels = np.where((cells >= 0) & (cells <= free), WHITE, np.where(cells >= occupied, BLACK, GREY)).astype(np.uint8)
     header = f'P5\n# CREATOR: map_saver.cpp {grid.resolution:.3f} m/pix\n{grid.width} {grid.height}\n255\n'
     origin = ', '.join(f'{value:f}' for value in grid.origin)
-    text = (f'image: {name}.pgm\nresolution: {grid.resolution:f}\norigin: [{origin}]\nnegate: 0\n'
+    text = (f'image: {os.path.basename(name)}.pgm\nresolution: {grid.resolution:f}\norigin: [{origin}]\nnegate: 0\n'
             f'occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n\n')
     return header.encode() + pixels.tobytes(), text.encode()
+
+
+def keep_earlier(name: str, files: Mapping[str, bytes]) -> str:
+    """Copy the map NAME that ``files`` will replace to the next free NAME_2, NAME_3, ...; return that name, or ''.
+
+    ``files``: {path: content} of NAME.pgm and NAME.yaml. Files that stay the same are not copied. Raise OSError.
+    """
+    earlier = {}
+    for path in filter(os.path.isfile, files):
+        with open(path, 'rb') as file:
+            earlier[path] = file.read()
+    if all(files[path] == content for path, content in earlier.items()):
+        return ''
+    kept = next(free for free in (f'{name}_{number}' for number in itertools.count(2))
+                if not any(os.path.lexists(free + os.path.splitext(path)[1]) for path in files))
+    own, new = (os.path.basename(path).encode() + b'.pgm' for path in (name, kept))
+    image = re.compile(rb'^image: (.*/)?%b$' % re.escape(own), re.MULTILINE)  # in the text, not in the image
+    write_together({kept + os.path.splitext(path)[1]: image.sub(lambda _: b'image: ' + new, content, 1)
+                    if path.endswith('.yaml') else content for path, content in earlier.items()})
+    return kept
 
 
 def _cells(pixels: Array, described: Description) -> Array:

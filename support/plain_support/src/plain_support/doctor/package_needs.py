@@ -1,5 +1,6 @@
 """What the ROS packages in a folder need, by their package.xml, CMakeLists.txt, launch files, C++ and Python files."""
 import ast
+import builtins
 import os
 import re
 import warnings
@@ -109,8 +110,7 @@ def _python(found: Needs, path: str, text: str) -> None:
     except (SyntaxError, ValueError) as error:
         tree = None
         line = getattr(error, 'lineno', None) or 1
-        shown = (text.splitlines() or [''])[min(line, text.count('\n') + 1) - 1].strip()
-        found.old[path] = line, f'{shown[:60]!r} is no Python 3'
+        found.old[path] = line, _no_python_3(text, line)
     if tree is None:  # a later line may import something all the same
         names = re.findall(r'^\s*(?:from|import)\s+(\w+)', text, re.MULTILINE)
     else:
@@ -118,19 +118,32 @@ def _python(found: Needs, path: str, text: str) -> None:
                  for alias in node.names]
         names += [str(node.module).partition('.')[0] for node in ast.walk(tree)
                   if isinstance(node, ast.ImportFrom) and not node.level and node.module]
-        old = min(_old(tree), default=None)
+        old = min(_old(tree, text), default=None)
         if old and path not in found.old:
             found.old[path] = old
     _add(found, path, IMPORT, [name for name in names if name not in OLD_MODULES])
 
 
-def _old(tree: ast.AST) -> Iterator[Tuple[int, str]]:
-    """Yield (line, what) of modules, functions and methods that only Python 2 has; not what ``try`` replaces."""
+def _no_python_3(text: str, line: int) -> str:
+    shown = (text.splitlines() or [''])[min(line, text.count('\n') + 1) - 1].strip()
+    return f'{shown[:60]!r} is no Python 3'
+
+
+def _old(tree: ast.AST, text: str) -> Iterator[Tuple[int, str]]:
+    """Yield (line, what) of modules, functions and methods that only Python 2 has; not what ``try`` replaces.
+
+    ``except OSError, error:`` is Python 3.14, too, where it means (OSError, error).
+    """
     defined = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     defined |= {alias.asname or alias.name for node in ast.walk(tree)
                 if isinstance(node, (ast.Import, ast.ImportFrom)) for alias in node.names}
+    exceptions = defined | set(dir(builtins)) | {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
     guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try) for inner in ast.walk(node)}
     for node in ast.walk(tree):
+        if (isinstance(node, ast.ExceptHandler) and isinstance(node.type, ast.Tuple)
+                and node.type.col_offset == node.type.elts[0].col_offset  # no parentheses
+                and not {name.id for name in ast.walk(node.type) if isinstance(name, ast.Name)} <= exceptions):
+            yield node.lineno, _no_python_3(text, node.lineno)
         if id(node) in guarded:
             continue
         if isinstance(node, (ast.Import, ast.ImportFrom)):

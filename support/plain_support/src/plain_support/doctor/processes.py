@@ -81,6 +81,16 @@ def listeners() -> List[Listener]:
     return found
 
 
+def master_of_user(workspace: str) -> Optional[Tuple[str, str]]:
+    """Return (who, URI) of a ROS master that this user runs, not a ./run demo or test of ``workspace``; or None."""
+    for one in listeners():
+        process = one.process
+        if (process and process.user == os.geteuid() and any(word.endswith('rosmaster') for word in process.command[:2])
+                and not (workspace and process.environment.get('ROS_HOME', '').startswith(workspace))):
+            return str(process), f'http://localhost:{one.port}'
+    return None
+
+
 def _owners() -> Dict[str, int]:
     """Return {inode of a socket: number of a process that has it}."""
     found = {}

@@ -2,7 +2,7 @@
 import concurrent.futures
 import os
 import socket
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Set, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Set
 from urllib.parse import urlsplit
 
 from plain_support.doctor import addresses, findings, master, packages, processes, registrations, topics
@@ -36,7 +36,7 @@ def master_and_graph(machine: Machine) -> Iterator[Finding]:
     holder = next((one for one in processes.listeners() if one.port == place.port), None) if here else None
     if here and holder is None:
         if machine.environment.get(addresses.MASTER_URI) or packages.found(machine.environment):
-            yield findings.no_roscore(place.uri, _other_master(machine))
+            yield findings.no_roscore(place.uri, processes.master_of_user(machine.workspace))
         return
     said = holder.holder if holder else place.uri
     try:
@@ -50,16 +50,6 @@ def master_and_graph(machine: Machine) -> Iterator[Finding]:
         if holder and holder.user != os.geteuid():
             yield findings.foreign_master(place.uri, processes.user_name(holder.user), graph.pid)
         yield from graph_findings(graph)
-
-
-def _other_master(machine: Machine) -> Optional[Tuple[str, str]]:
-    """Return (who, URI) of a master of this user that is not one of a ./run demo or test."""
-    for one in processes.listeners():
-        process = one.process
-        if (process and process.user == os.geteuid() and any(word.endswith('rosmaster') for word in process.command[:2])
-                and not process.environment.get('ROS_HOME', '').startswith(machine.workspace)):
-            return str(process), f'http://localhost:{one.port}'
-    return None
 
 
 def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: str) -> Finding:

@@ -1,6 +1,7 @@
 """./run doctor FOLDER: what other people's packages need, and what of it is missing."""
 import os
 import subprocess
+import sys
 import textwrap
 
 import pytest
@@ -10,6 +11,7 @@ from plain_support.doctor.machine import Machine
 from plain_support.doctor.package_checks import Machinery
 from plain_support.doctor.package_needs import BUILD, IMPORT, INCLUDE, LISTED, RUN, read
 
+FROM_3_14 = pytest.mark.skipif(sys.version_info < (3, 14), reason='no Python before 3.14 reads this')
 XML = '<package><name>mine</name>{}</package>'
 
 
@@ -60,6 +62,9 @@ def test_what_a_folder_has_itself_is_not_needed(package):
 @pytest.mark.parametrize('text, line, said', [
     ('print "hello"', 1, "'print \"hello\"' is no Python 3"),
     ('try:\n    pass\nexcept OSError, error:\n    pass', 3, "'except OSError, error:' is no Python 3"),
+    ('try:\n    pass\nexcept OSError, (number, why):\n    pass', 3, "'except OSError, (number, why):' is no Python 3"),
+    ('def f():\n    try:\n        pass\n    except rospy.ROSException, e: pass', 4,
+     "'except rospy.ROSException, e: pass' is no Python 3"),
     ('import rospy\nimport Queue', 2, 'the module Queue is queue today'),
     ('from Tkinter import *', 1, 'the module Tkinter is tkinter today'),
     ('name = raw_input()', 1, 'raw_input is input today'),
@@ -72,7 +77,9 @@ def test_what_is_of_python_2(package, text, line, said):
 @pytest.mark.parametrize('text', [
     'print("hello")', 'try:\n    import Queue\nexcept ImportError:\n    import queue as Queue',
     'try:\n    raw_input\nexcept NameError:\n    raw_input = input\nraw_input()',
-    'from functools import reduce\nreduce(max, [1])', 'x = "\\d"'])
+    'from functools import reduce\nreduce(max, [1])', 'x = "\\d"',
+    'from somewhere import *\ntry:\n    pass\nexcept (OSError, TheirError):\n    pass',
+    pytest.param('class Mine(Exception):\n    pass\ntry:\n    pass\nexcept OSError, Mine:\n    pass', marks=FROM_3_14)])
 def test_what_runs_with_both_is_not_reported(package, text):
     assert package({'a.py': text}).old == {}
 

@@ -5,14 +5,13 @@ An option applies to the arguments after it; a unit of length is a number of pix
 from __future__ import annotations
 
 import math
-import os
 import sys
-from typing import Any, Callable, Iterator, Sequence, TypeVar
+from typing import Any, Callable, Iterator, Mapping, Sequence, TypeVar
 
 from alvar_core import code
 from alvar_core.printing import marker_files
 from alvar_core.printing.marker_files import DPI, PAGES, CreateError, Marker
-from plain_support import write_whole
+from plain_support import unwritten, write_together
 
 CM, INCH = DPI / 2.54, DPI  # [px] per unit
 SIDE = 9.0  # [units]
@@ -237,14 +236,14 @@ def converse(line: CommandLine) -> None:
         print()
 
 
-def save(name: str, data: bytes) -> None:
-    """Write a file; raise CreateError if that fails."""
-    print(f'Saving: {name}')
+def save(files: Mapping[str, bytes]) -> None:
+    """Write files {name: content}, all or none; raise CreateError if that fails."""
+    for name in files:
+        print(f'Saving: {name}')
     try:
-        write_whole(name, data)
+        write_together(files)
     except OSError as error:
-        raise CreateError(f'{os.path.abspath(name)} cannot be written: {error.strerror}; change to a writable '
-                          'folder with free space') from None
+        raise CreateError(unwritten(error, 'change to another folder with cd')) from None
 
 
 def run(arguments: Sequence[str]) -> None:
@@ -263,8 +262,7 @@ def run(arguments: Sequence[str]) -> None:
     else:
         from alvar_core.printing import sheet  # needs cairo; images do not
         made = sheet.files(markers, line.pdf, line.page)
-    for name, data in made:
-        save(name, data)
+    save(dict(made))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

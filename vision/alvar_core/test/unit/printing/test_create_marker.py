@@ -192,6 +192,17 @@ def test_a_file_that_cannot_be_written(folder, capsys):
     assert f'{folder}/MarkerData_5.png cannot be written: Is a directory' in capsys.readouterr().err
 
 
+def test_a_picture_and_its_description_are_both_new_or_both_old(folder, capsys):
+    assert create_marker.main(['5', '-xy', '20', '0', '6']) == 0
+    (xml, ), (png, ) = folder.glob('*.xml'), folder.glob('*.png')
+    before = png.read_bytes()
+    xml.unlink()
+    xml.mkdir()
+    assert create_marker.main(['-s', '3', '5', '-xy', '20', '0', '6']) == 2
+    assert f'{xml} cannot be written: Is a directory. Change to another folder with cd' in capsys.readouterr().err
+    assert png.read_bytes() == before and len(list(folder.iterdir())) == 2
+
+
 def test_help_names_every_option(capsys):
     assert create_marker.main(['--help']) == 0
     text = capsys.readouterr().out
