@@ -110,7 +110,7 @@ def robot_square(harness):
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     harness.until(lambda: world.entries and poses.entries, 'no robot', START_TIMEOUT)
-    harness.rosrun('drive_shape.py', '_robot:=true').wait(START_TIMEOUT)
+    harness.start(str(STEPS / '10_robot_square' / 'robot_square.py')).wait(START_TIMEOUT)
     last = poses.entries[-1]
     path = overhead.Path([(pose.x, pose.y) for pose in poses.entries], label='path of the robot')
     picture = overhead.draw_map(world_plan(world.entries[-1]), [path], [(last.x, last.y, last.theta)],

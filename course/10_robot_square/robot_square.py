@@ -21,7 +21,7 @@ while pose is None and not rospy.is_shutdown():
     rate.sleep()
 # solution
 x0, y0 = pose.position.x, pose.position.y
-for x, y in [(x0 + 0.5, y0), (x0 + 0.5, y0 + 0.5), (x0, y0 + 0.5), (x0, y0)]:
+for x, y in [(x0 + 0.6, y0), (x0 + 0.6, y0 + 0.6), (x0, y0 + 0.6), (x0, y0)]:
     while math.hypot(x - pose.position.x, y - pose.position.y) > 0.03 and not rospy.is_shutdown():
         direction = math.atan2(y - pose.position.y, x - pose.position.x)
         heading = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
