@@ -230,7 +230,7 @@ class Starter:
         if not (ours or holders):
             return
         titles = {other.title: other for other in (*ours, *self._elsewhere()) if set(other.unique) & set(one.unique)}
-        what = ' and '.join(titles) or ', '.join(sorted(holders))
+        what = ' and '.join(f'"{title}"' for title in titles) or ', '.join(sorted(holders))
         where = '' if ours else ', started in a terminal'
         if holders and not self._outlives and await _in_thread(running.started_with_this_page, holders):
             raise Refused(f'{what} runs already. It was started together with this page: end both by Ctrl-C in their '
