@@ -323,7 +323,7 @@ class Programs(web.Guarded):
     async def post(self):
         """Start or stop a program; answer with the state, with 400 and what is allowed, or with 409 and why not.
 
-        With 409 and ``{"question": TEXT}``, ``"instead": true`` in the request ends what is in the way.
+        Or with ``{"question": TEXT}``, and nothing is done: ``"instead": true`` in the request ends what is in the way.
         """
         starter = self.settings['starter']
         try:
@@ -336,7 +336,6 @@ class Programs(web.Guarded):
             else:
                 await starter.stop(name)
         except Question as question:
-            self.set_status(409)
             self.answer_json(json.dumps({'question': str(question)}))
         except Refused as error:
             self.refuse(409, str(error))

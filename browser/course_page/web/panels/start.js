@@ -30,11 +30,10 @@ export default class StartPanel extends Panel {
   async ask(wanted = null) {
     try {
       const answer = await fetch('programs', wanted ? {method: 'POST', body: JSON.stringify(wanted)} : {});
-      if (answer.status === 409 && answer.headers.get('Content-Type')?.includes('json')) {
-        return (await answer.json()).question;
-      }
       if (!answer.ok) throw new Error(await answer.text());
-      this._show(await answer.json());
+      const told = await answer.json();
+      if (told.question) return told.question;
+      this._show(told);
       if (wanted || this._lost) this._notice.say('');
       this._lost = false;
     } catch (error) {
