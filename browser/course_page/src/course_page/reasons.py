@@ -4,10 +4,11 @@ import re
 CONTROL = re.compile(r'\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07')  # colours and the title of the terminal
 LONGEST = 400  # [characters] of the line
 # What roslaunch writes at the end, whatever the reason is
-CHATTER = re.compile(r'\[[\w/.-]+\] (killing on exit|restarting process|escalating to)|(\.\.\. )?shutting down processing'
-                     r'|done$|=+|REQUIRED process|process has (died|finished)|process\[|log file: |Initiating shutdown'
-                     r'|\.\.\. logging to|started |auto-starting|setting /|ROS_MASTER_URI=|Press Ctrl-C|(Done c|C)hecking '
-                     r'log|The traceback for the exception|SUMMARY$|PARAMETERS$|NODES$| \* |  /|    ')
+CHATTER = re.compile(
+    r'\[[\w/.-]+\] (killing on exit|restarting process|escalating to)|(\.\.\. )?shutting down processing|done$|=+'
+    r'|REQUIRED process|process has (died|finished)|process\[|log file: |Initiating shutdown|\.\.\. logging to|started '
+    r'|auto-starting|setting /|ROS_MASTER_URI=|Press Ctrl-C|(Done c|C)hecking log|The traceback for the exception'
+    r'|SUMMARY$|PARAMETERS$|NODES$| \* |  /|    ')
 SERIOUS = re.compile(r'\[(ERROR|FATAL)\]|RLException|^\w*(Error|Exception)\b|\b[Ee]rror:|\bdoes not start\b|what\(\):'
                      r'|[Cc]annot ')
 QUIET = re.compile(r'\[ *(INFO|DEBUG)\]')

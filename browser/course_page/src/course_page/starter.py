@@ -237,7 +237,8 @@ class Starter:
                           'terminal, then start this')
         if not instead:
             losses = ', '.join(filter(None, (other.loses for other in titles.values())))
-            raise Question(f'{what} runs already{where}. End it and start this?' + (f' It loses {losses}.' * bool(losses)))
+            text = f'{what} runs already{where}. End it and start this?'
+            raise Question(f'{text} It loses {losses}.' if losses else text)
         for other in ours:
             await self.stop(other.name)
         left = await _in_thread(running.end, lambda: self._foreign(one, (), running.look(one.unique)))

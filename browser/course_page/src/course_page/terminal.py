@@ -33,8 +33,8 @@ def options_of(arguments):
                                      epilog='All other options are those of jupyter lab, such as --ip=0.0.0.0.')
     parser.add_argument('jupyter', help=argparse.SUPPRESS)
     parser.add_argument('--port', type=int, default=8888, help='of JupyterLab (default: %(default)s)')
-    parser.add_argument('--folder', type=lambda text: os.path.realpath(os.path.expanduser(text)), help='whose files the '
-                        'editor shows, and no others (default: your home folder, opened in the current folder)')
+    parser.add_argument('--folder', type=lambda text: os.path.realpath(os.path.expanduser(text)),
+                        help='whose files the editor shows, and no others (default: your home folder, opened in the current folder)')
     return parser.parse_known_args(arguments)
 
 
@@ -81,8 +81,8 @@ def main():
     if not os.path.isdir(root):
         sys.exit(f'--folder {root} is not a folder.')
     if not options.folder and os.path.commonpath([root, here]) != root:
-        print(f'The editor shows {root} and what is in it. This folder is not: to edit its files, end this by Ctrl-C and '
-              f'add --folder {shlex.quote(here)}', flush=True)
+        print(f'The editor shows {root} and what is in it. This folder is not: to edit its files, end this by Ctrl-C '
+              f'and add --folder {shlex.quote(here)}', flush=True)
     running = running_page()
     port = urllib.parse.urlsplit(running.address).port if running else free_port()
     with contextlib.ExitStack() as stack:

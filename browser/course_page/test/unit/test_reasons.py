@@ -3,7 +3,7 @@ import pytest
 
 from course_page import reasons
 
-ENDED = '''\x1b[31m================================================================================REQUIRED process [{node}-3] has died!
+ENDED = '''\x1b[31m================================REQUIRED process [{node}-3] has died!
 process has died [pid 12234, exit code 1, cmd /ws/devel/lib/pkg/{node} __name:={node} __log:=/log/{node}-3.log].
 log file: /log/{node}-3*.log
 Initiating shutdown!
@@ -37,7 +37,7 @@ SECOND = '/robotont_gazebo does not start: a robot with the same name runs alrea
 
 @pytest.mark.parametrize('output, wanted', [
     (f'{STARTED}{SECOND}\n{ENDED.format(node="robotont_gazebo")}', SECOND),
-    (f'{STARTED}{SECOND}\n[INFO] [1795861099.62]: Parameters: error: 3\n{ENDED.format(node="robotont_gazebo")}', SECOND),
+    (f'{STARTED}{SECOND}\n[INFO] [1795861099.62]: Rate: error: 3\n{ENDED.format(node="robotont_gazebo")}', SECOND),
     (f'{STARTED}[ERROR] [1795861099.625853]: no world is called maze2\n[WARN] [1795861099.7]: late\n'
      f'{ENDED.format(node="robotont_gazebo")}', 'no world is called maze2'),
     (f'{STARTED}Traceback (most recent call last):\n  File "/x.py", line 4, in <module>\n    1 / 0\n'

@@ -55,8 +55,9 @@ def said(path):
     ('/camera/color/image_raw', True), ('/camera/depth/points', True), ('/camera/depth/image_rect_raw', True),
     ('/camera/aligned_depth_to_color/image_raw', True), ('/turtlesim/image_raw', True), ('/usb_cam/image_mono', True),
     ('/ar_track_alvar/explained_image', True), ('/image', True), ('/a/compressedDepth', True), ('/image/theora', True),
-    ('/turtlesim/image_raw/compressed', False), ('/camera/color/camera_info', False), ('/odom', False), ('/scan', False),
-    ('/move_base/NavfnROS/plan', False), ('/robotont_gazebo/world', False), ('/waypoints_reached', False)])
+    ('/turtlesim/image_raw/compressed', False), ('/camera/color/camera_info', False), ('/odom', False),
+    ('/scan', False), ('/move_base/NavfnROS/plan', False), ('/robotont_gazebo/world', False),
+    ('/waypoints_reached', False)])
 def test_the_names_of_raw_topics(topic, raw):
     exclude = next(one for one in recordings.command(100, False) if one.startswith('--exclude='))
     assert bool(re.fullmatch(exclude.partition('=')[2], topic)) == raw
