@@ -20,6 +20,7 @@ from rospy_support.master import Master, NoMaster
 ANSWER_TIMEOUT = 1.0  # [s] of a request to the master or a node
 END_TIMEOUT = 20.0  # [s] in which programs must end that were asked to
 POLL = 0.2  # [s]
+LAUNCHERS = 'roslaunch', 'rostest'  # a shell that has started both would not end them
 FAULTS = OSError, http.client.HTTPException, xmlrpc.client.Error
 
 
@@ -82,7 +83,7 @@ def end(nodes_left):
 def started_with_this_page(nodes):
     """Return those nodes that the roslaunch has started that also started this process; it may end all together."""
     launcher, found = psutil.Process().parent(), set()
-    if launcher is None or not any('roslaunch' in part for part in launcher.cmdline()[:2]):
+    if launcher is None or not any(os.path.basename(part) in LAUNCHERS for part in launcher.cmdline()[:2]):
         return found
     master = Master(ANSWER_TIMEOUT)
     for node in nodes:

@@ -34,7 +34,8 @@ def options_of(arguments):
     parser.add_argument('jupyter', help=argparse.SUPPRESS)
     parser.add_argument('--port', type=int, default=8888, help='of JupyterLab (default: %(default)s)')
     parser.add_argument('--folder', type=lambda text: os.path.realpath(os.path.expanduser(text)),
-                        help='whose files the editor shows, and no others (default: your home folder, opened in the current folder)')
+                        help='whose files the editor shows, and no others (default: your home folder, opened in the '
+                        'current folder)')
     return parser.parse_known_args(arguments)
 
 
