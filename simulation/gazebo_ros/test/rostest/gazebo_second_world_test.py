@@ -106,7 +106,8 @@ class SecondWorldTest(unittest.TestCase):
         first = self.launch('gazebo_ros', 'robotonts.launch', 'robots:=1')
         world = proxy('/gazebo/get_world_properties', GetWorldProperties)
         until(lambda: 'robot1' in world().model_names, 'the robot')
-        nodes = '/gazebo', '/robot1/robot_state_publisher'
+        nodes = '/gazebo', '/gazebo_cameras', '/robot1/robot_state_publisher'
+        until(lambda: set(nodes) <= set(rosnode.get_node_names()), 'its nodes')
         there, running = parameters(), processes(*nodes)
         self.assert_refused('gazebo_ros', 'robotonts.launch', 'model:=robotont_gazebo_lidar', by='/gazebo')
         self.assert_refused('robotont_gazebo', 'gazebo.launch', by='/gazebo')
