@@ -75,6 +75,9 @@ def test_what_others_cannot_read_is_named(tmp_path):
     said = trial.cause('import a: PermissionError', 60710, [(str(tmp_path / 'closed'), '/ws/a')])
     assert said.endswith(f'{tmp_path / "closed"} cannot be read by others; type: chmod -R go+rX {tmp_path / "closed"}')
     assert './run doctor' in trial.cause('import a: ImportError', None, [])
+    (tmp_path / 'closed' / 'ws').mkdir()
+    said = trial.cause('import a: ImportError', 60710, [(str(tmp_path / 'closed' / 'ws'), '/ws')])
+    assert 'TURTLE_ROBOTONT_WS' in said
 
 
 @ROOT
@@ -166,6 +169,16 @@ def test_a_full_disk(tmp_path, monkeypatch, level, free, written, said):
         assert said and said in str(error) and 'program' not in said
     else:
         assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
+
+
+@pytest.mark.parametrize('most, said', [(100, 'a process may open only 100 files here'), (2000, '')])
+def test_few_files(most, said):
+    program = ('import resource\nfrom course_grader.attempt import attempt\n'
+               'try:\n    attempt._allow_files()\n    print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])\n'
+               'except attempt.MachineError as error:\n    print(error)\n')
+    ended = subprocess.run(['prlimit', f'--nofile=60:{most}', sys.executable, '-c', program], stdout=subprocess.PIPE,
+                           text=True, check=True)
+    assert ended.stdout.startswith(said or str(attempt.MANY_FILES))
 
 
 def test_the_reason_of_a_simulator_that_does_not_start_is_told(tmp_path):

@@ -17,6 +17,7 @@ import json
 import math
 import os
 import re
+import resource
 import shutil
 import time
 import traceback
@@ -84,6 +85,7 @@ MAX_SERVER_MEMORY = 512 * MEGABYTE  # [bytes] of master or simulator; at the sta
 LEAST_DISK, FULL_DISK = 8 * MEGABYTE, MEGABYTE // 4  # [bytes] free for the recording, which has up to 2 MB, and logs:
                                                      # before a grading, and below which it cannot go on
 FULL = 'the disk of {} is full: make room there, or choose another folder with --output'
+MANY_FILES = 512  # at a time; the samples, master and simulator have up to 60
 TRIAL_TIME = 30.0  # [s] of wall time for a program that only imports, which takes 0.5 s
 TRACEBACK = 30  # last lines of the output in which an exception is looked for
 KILLED = -9, 137  # exit codes of SIGKILL
@@ -227,6 +229,7 @@ class Attempt:
         """Observe; return the Verdict. Raise AttemptError."""
         if self._job.isolation.level == levels.NAMESPACE:
             network.enter_own()
+        _allow_files()
         if shutil.disk_usage(self._job.output).free < LEAST_DISK:
             raise MachineError(f'{FULL.format(self._job.output)}. A grading needs {LEAST_DISK / MEGABYTE:.0f} MB')
         with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
@@ -668,6 +671,17 @@ def _flooded(before, after, seconds, used=0.0):
 def _decimal(value, low, high):
     """Return a number within limits, with four decimals, which are within them, too."""
     return f'{min(max(round(value, 4), math.ceil(low * 1e4) / 1e4), math.floor(high * 1e4) / 1e4):.4f}'
+
+
+def _allow_files():
+    """Let this process and all that it starts open MANY_FILES; raise MachineError if that is not allowed."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = math.inf if hard == resource.RLIM_INFINITY else hard
+    if most < MANY_FILES:
+        raise MachineError(f'a process may open only {most} files here, and a grading needs {MANY_FILES}; ulimit -Hn '
+                           'shows the limit, and /etc/security/limits.conf (nofile) sets it')
+    if soft != resource.RLIM_INFINITY and soft < MANY_FILES:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (MANY_FILES, hard))
 
 
 def _kills_for_memory():

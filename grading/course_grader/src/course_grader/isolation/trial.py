@@ -94,4 +94,7 @@ def cause(said: str, user: Optional[int], shown: Sequence[Tuple[str, str]]) -> s
     if closed:
         top = next(place for place in places if view.below(closed, [place]))
         return f'{text}. {closed} cannot be read by others; type: chmod -R go+rX {shlex.quote(top)}'
+    above = '' if user is None else next((place for place in places if not view.reachable(place, deep=False)), '')
+    if above:
+        return f'{text}. Others cannot enter a folder above {above}: choose another workspace with TURTLE_ROBOTONT_WS'
     return f'{text}. ./run doctor looks for the reason'
