@@ -1,4 +1,7 @@
-"""The files of JupyterLab, whose paths may also be typed as in a terminal. Its own Python imports this module."""
+"""The files of JupyterLab, whose paths may also be typed as in a terminal. JupyterLab's own Python imports this.
+
+``_get_os_path`` is private: checked with jupyter_server 2.21.
+"""
 import os
 
 from jupyter_server.services.contents.largefilemanager import AsyncLargeFileManager
