@@ -75,6 +75,15 @@ def test_the_teachers_own_exercise_counts(tmp_path, system):
     assert exercise == str(place.teacher / 'stop_at_x.yaml') and program.endswith('stop_at_x.py')
 
 
+@pytest.mark.parametrize('path, line', [
+    ('github/grade.yml', 'path: submissions/${{ github.actor }}'),
+    ('gitlab/.gitlab-ci.yml', 'cp -r "$CI_PROJECT_DIR" "/submissions/$GITLAB_USER_LOGIN"')])
+def test_the_folder_of_a_push_has_the_name_of_the_student(path, line):
+    """It was called me, so that all students were graded with the same values."""
+    text = (FOLDER / path).read_text()
+    assert line in text and 'submissions/me' not in text
+
+
 @pytest.mark.parametrize('path', ['github/grade.yml', 'gitlab/.gitlab-ci.yml'])
 def test_every_push_is_graded_as_a_class(path):
     text = (FOLDER / path).read_text()

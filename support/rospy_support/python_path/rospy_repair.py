@@ -19,17 +19,22 @@ such as a velocity of zero, is sent before the topics are closed, which drops wh
 **End.** rospy wakes its thread for registrations before it says that the node shuts down, so that the thread sleeps
 again, and the shutdown waits for it for half a second. Here it is woken once more.
 
+**Time.** Where /use_sim_time is true and no node publishes /clock, rospy.sleep and rospy.Rate wait forever without a
+word. Here a warning says so.
+
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
 refuses private parameters of the command line that cannot be sent to a master.
 """
 import _thread
 import atexit
+import contextlib
 import importlib.metadata
 import os
 import re
 import signal
 import sys
+import threading
 import time
 import xmlrpc.client
 
@@ -39,6 +44,8 @@ import rospy.client
 import rospy.core
 import rospy.impl.init
 import rospy.impl.registration
+import rospy.impl.simtime
+import rospy.rostime
 
 CHECKED = '1.15.', '1.16.', '1.17.'  # versions of rospy; others stay as they are
 PATIENCE = 0.5  # [s] for the main thread to leave rospy; publish and loginfo take less than 1 ms
@@ -46,6 +53,7 @@ GRACE = 2.0  # [s] in which further Ctrl-C do nothing, as with rospy: the first 
 SHUTDOWN_TIMEOUT = 5.0  # [s] for a shutdown that another thread executes
 SENDING_TIMEOUT = 0.2  # [s] for messages that the hooks have published
 MASTER_POLL = 0.2  # [s]
+CLOCK_PATIENCE = 5.0  # [s] for the source of /clock to start
 MASTER_TIMEOUT = 2.0  # [s] for the answer of a master
 HOLD_NO_LOCK = {  # functions of rospy that hold no lock while they wait, so that the shutdown may run inside them
     ('rospy.core', 'is_shutdown'), ('rospy.rostime', 'wallsleep'), ('rospy.timer', 'sleep'),
@@ -57,6 +65,7 @@ ALLOWED = ('true, false, whole numbers from -2147483648 to 2147483647, numbers w
 _original_signal = rospy.core._ros_signal
 _original_start = rospy.impl.init.start_node
 _original_publish = rospy.Publisher.publish
+_original_time = rospy.impl.simtime.init_simtime
 _first_signal = []  # [s, monotonic] when the first one came
 
 
@@ -66,6 +75,7 @@ def repair():
         rospy.core._ros_signal = _on_signal
         rospy.impl.init.start_node = _start_node
         rospy.Publisher.publish = _publish
+        rospy.impl.simtime.init_simtime = _init_time
         rospy.core.add_preshutdown_hook(_send_rest)  # the first one: it runs directly after the program's hooks
         atexit.register(_await_shutdown)  # runs before rospy's own
 
@@ -149,6 +159,27 @@ def _start_node(*arguments, **options):
     node = _original_start(*arguments, **options)
     rospy.core.add_shutdown_hook(lambda _: _wake(node.handler.reg_man))  # these hooks run once is_shutdown() is true
     return node
+
+
+def _init_time():
+    """Initialise the time, and warn if it does not start; rospy_support.nodes does so itself."""
+    done = _original_time()
+    if done and not rospy.rostime.is_wallclock() and 'rospy_support.nodes' not in sys.modules:
+        warning = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
+        warning.daemon = True
+        warning.start()
+    return done
+
+
+def _warn_of_no_clock():
+    """Warn if simulated time has not started because no node publishes /clock."""
+    with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+        if rospy.rostime.get_rostime().is_zero() and not rospy.core.is_shutdown():
+            published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+            if '/clock' not in dict(published):
+                rospy.logwarn('/use_sim_time is true, but no node publishes /clock: rospy.sleep and rospy.Rate wait '
+                              'forever. Type rosparam delete /use_sim_time and start this program again, or start a '
+                              'simulator with _clock:=true.')
 
 
 def _wake(registering):

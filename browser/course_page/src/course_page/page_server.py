@@ -152,7 +152,8 @@ class PageServer:
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
         self._log, self._bridge = LogKeeper(), None
-        self._starter, self._grader = Starter(folder=options.programs), grading.Grader(options.programs)
+        self._starter = Starter(folder=options.programs, outlives=options.outlives)
+        self._grader = grading.Grader(options.programs)
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
@@ -243,6 +244,8 @@ def options_of(arguments):
     parser.add_argument('--folder', default=folder, help='a page of your own instead of this one')
     parser.add_argument('--programs', default='.', metavar='DIR', help='where the panel Grade looks for '
                         'programs, besides the sourced workspaces, and Start for bags (default: the current folder)')
+    parser.add_argument('--outlives', action='store_true', help='for launch files: the page runs on when '
+                        'the other nodes of its launch file end')
     parser.add_argument('--open', nargs='?', const='true', default='false', choices=('true', 'false'),
                         help='also open the page, with $BROWSER or xdg-open')
     options = parser.parse_args(arguments)

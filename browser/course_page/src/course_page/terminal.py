@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import sys
 import tempfile
 import time
@@ -32,11 +33,26 @@ def options_of(arguments):
                                      epilog='All other options are those of jupyter lab, such as --ip=0.0.0.0.')
     parser.add_argument('jupyter', help=argparse.SUPPRESS)
     parser.add_argument('--port', type=int, default=8888, help='of JupyterLab (default: %(default)s)')
-    parser.add_argument('--folder', default=os.getcwd(), help='whose files the editor shows (default: the current one)')
+    parser.add_argument('--folder', type=lambda text: os.path.realpath(os.path.expanduser(text)),
+                        help='whose files the editor shows, and no others (default: your home folder, opened in the '
+                        'current folder)')
     return parser.parse_known_args(arguments)
 
 
-def configuration(port, jupyter):
+def shown_folders(folder, here):
+    """Return (root, opened): the folder that the editor shows, and the one in it, relative, that is opened at first.
+
+    ``folder``: what the user asks for, or None: home, so that the paths of the course, which begin with ~, lie in it.
+    """
+    root = folder or os.path.realpath(os.path.expanduser('~'))
+    if not (folder or os.path.isdir(root)):
+        root = here
+    opened = os.path.relpath(here, root)
+    hidden = any(part.startswith('.') for part in opened.split('/'))  # above the root, the root, or not shown
+    return root, '' if hidden else opened
+
+
+def configuration(port, jupyter, opened=''):
     """Return the settings of JupyterLab: its launcher opens the page, which listens at ``port``, as a tab.
 
     Its terminals are those of ./run shell, by a file in the workspace that holds ``jupyter``. By itself it would start
@@ -46,8 +62,9 @@ def configuration(port, jupyter):
     shell = ['bash', '--rcfile', str(rc_file), '-i'] if rc_file.exists() else ['bash']
     page = {'command': [], 'port': port, 'timeout': 20, 'new_browser_tab': False,
             'launcher_entry': {'title': TITLE}}
-    return {'ServerProxy': {'servers': {'turtle_robotont': page}},
+    return {'ServerProxy': {'servers': {'turtle_robotont': page}}, 'HomeContents': {'preferred_dir': opened},
             'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0,
+                          'contents_manager_class': 'course_page.home_contents.HomeContents',
                           'terminado_settings': {'shell_command': shell}}}
 
 
@@ -60,16 +77,23 @@ def write_configuration(folder, settings):
 def main():
     options, further = options_of(rospy.myargv()[1:])
     make_interruptible()
+    here = os.path.realpath(os.getcwd())
+    root, opened = shown_folders(options.folder, here)
+    if not os.path.isdir(root):
+        sys.exit(f'--folder {root} is not a folder.')
+    if not options.folder and os.path.commonpath([root, here]) != root:
+        print(f'The editor shows {root} and what is in it. This folder is not: to edit its files, end this by Ctrl-C '
+              f'and add --folder {shlex.quote(here)}', flush=True)
     running = running_page()
     port = urllib.parse.urlsplit(running.address).port if running else free_port()
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_terminal_'))
-        write_configuration(pathlib.Path(folder), configuration(port, options.jupyter))
+        write_configuration(pathlib.Path(folder), configuration(port, options.jupyter, opened))
         if not running:
-            stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}', f'--programs={options.folder}'],
+            stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}', f'--programs={root}'],
                                                   os.path.join(folder, 'page.txt')))
         lab = stack.enter_context(BackgroundProcess(
-            [options.jupyter, 'lab', f'--port={options.port}', f'--ServerApp.root_dir={options.folder}', *further],
+            [options.jupyter, 'lab', f'--port={options.port}', f'--ServerApp.root_dir={root}', *further],
             os.path.join(folder, 'lab.txt'), env={**os.environ, 'JUPYTER_CONFIG_DIR': folder}))
         with contextlib.suppress(KeyboardInterrupt):
             tell_address(lab)

@@ -471,6 +471,30 @@ class PanelsTest(SimulatorCase):
         self.assertTrue(self.browser.find('[aria-label="Step 20 is done"]')[0].is_selected())
         self.assertFalse(self.browser.find('[aria-label="Step 9 is done"]')[0].is_selected())
 
+    def test_what_was_started_elsewhere_is_not_replaced(self):
+        """The turtlesim of this test, which shares its launch file with the page."""
+        self.open('start')
+        self.until_text('runs, started in a terminal')
+        self.press('Start Turtlesim')
+        self.until_text('"Turtlesim" runs already. It was started together with this page')
+        self.assertEqual(1, len(self.browser.errors()))  # the request is refused
+        self.assertEqual({'turtle1'}, self.turtles())
+
+    def test_a_recording_is_closed_and_offered(self):
+        self.open('start')
+        self.until_text('but raw images and point clouds into', 'for at most 10 minutes and')
+        folder = pathlib.Path(rospkg.get_ros_home())  # where roslaunch has started the server
+        before = set(folder.glob('page_*'))
+        self.press('Start Record a bag')
+        until(lambda: set(folder.glob('page_*.bag.active')) - before, 'a recording')
+        until(lambda: self.subscribers('/turtle1/pose'), 'a recorder')
+        self.assertNotIn('/record', ' '.join(self.subscribers('/turtlesim/image_raw')))
+        self.press('Stop Record a bag')
+        self.until_text('Saved as page_', 'Play page_')
+        saved, = set(folder.glob('page_*')) - before
+        self.addCleanup(saved.unlink)
+        self.assertEqual('.bag', saved.suffix)
+
     def test_a_program_is_graded_on_a_master_of_its_own(self):
         program = pathlib.Path(rospkg.get_ros_home(), 'my_circle.py')  # where roslaunch has started the server
         self.addCleanup(program.unlink)

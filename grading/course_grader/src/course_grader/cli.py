@@ -48,8 +48,9 @@ def _main(arguments):
     try:
         systems.check(form, place)
         usage.check(arguments[:_cut(arguments)], unknown, options.command, options.exercise)
-        chosen = load(_find(options.exercise), options.student or '')
-        usage.check_student(chosen, options.student)
+        student = options.student or systems.student(form, place)
+        chosen = load(_find(options.exercise), student)
+        usage.check_student(chosen, student)
         live_report.check(options.report)
         if form not in systems.READ_SCORES:  # otherwise the program was not handed in
             usage.check_program(arguments[:_cut(arguments)], options.command)

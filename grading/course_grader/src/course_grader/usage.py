@@ -68,6 +68,6 @@ def _near(path):
 
 def check_student(chosen, student):
     """Raise UsageError if an exercise has values for each student, and nobody says whose."""
-    if chosen.varies and student is None:
+    if chosen.varies and not (student or '').strip():
         raise UsageError(f'the values of {chosen.name} differ from student to student: add --student NAME, as on the '
                          'sheet')

@@ -62,7 +62,7 @@ def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
 def test_the_way_from_the_start_is_no_side(start, corners, told):
     said = found('square_by_topics', lambda turtle: visit(turtle, *corners), start=start)
     assert any(hint.startswith(f'the last side is missing: it started at ({start[0]}, {start[1]})')
-               and f'first corner, ({corners[0][0]}, {corners[0][1]}), again' in hint for hint in said) == told
+               and f'back to the first corner, ({corners[0][0]}, {corners[0][1]})' in hint for hint in said) == told
 
 
 @pytest.mark.parametrize('linear, angular, advice', [

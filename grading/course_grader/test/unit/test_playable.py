@@ -69,7 +69,8 @@ def turtle_starts(values):
 
 
 LENGTHS = st.one_of(st.sampled_from(['0 to 11.0889 m', '11.0889 m', '0 m', '2.5 to 3 m']), spans('m'))  # mostly right
-HEADINGS = st.one_of(st.sampled_from(['-190 deg', '180 deg', '270 deg', '0 to 360 deg', '300 to 800 deg']), spans('deg'))
+HEADINGS = st.one_of(st.sampled_from(['-190 deg', '180 deg', '270 deg', '0 to 360 deg', '300 to 800 deg']),
+                     spans('deg'))
 START = st.fixed_dictionaries({'theta': HEADINGS}, optional={'x': LENGTHS, 'y': LENGTHS})
 
 

@@ -1,9 +1,12 @@
 """Values that differ from student to student: drawn by the name, filled into all texts, and mistakes named."""
+import json
+
 import pytest
 import yaml
 
 from course_grader import cli
 from course_grader.classes import grade_all
+from course_grader.formats import systems
 from course_grader.rules import exercise
 
 TEXT = """
@@ -60,6 +63,45 @@ def test_a_single_grading_asks_for_the_name(tmp_path, capsys):
     (tmp_path / 'a.py').write_text('')
     assert cli.main([str(tmp_path / 'stop.yaml'), '--', str(tmp_path / 'a.py')]) == 2
     assert 'differ from student to student: add --student NAME' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('form, name, environment', [
+    ('classroom50', 'anna-b', {'OWNER': 'anna-b', 'USERNAME': 'runner'}), ('classroom50', '', {}),
+    ('vpl', 'Anna Berg', {'MOODLE_USER_NAME': 'Anna Berg', 'MOODLE_USER_ID': '7', 'MOODLE_GROUP_NAME': ''}),
+    ('vpl', 'Group 3', {'MOODLE_USER_NAME': 'Anna Berg', 'MOODLE_GROUP_NAME': 'Group 3'}), ('vpl', '', {}),
+    ('gradescope', 'Anna Berg', [{'name': 'Anna Berg', 'email': 'a@b.c', 'id': 1}]),
+    ('gradescope', 'Anna Berg and Ben Li', [{'name': 'Ben Li'}, {'name': 'Anna Berg'}]),
+    ('gradescope', '', []), ('gradescope', '', 5), ('gradescope', '', [{'id': 5}]), ('gradescope', '', None),
+    ('text', '', {'OWNER': 'a', 'USERNAME': 'b', 'MOODLE_USER_NAME': 'c'})])
+def test_a_system_tells_the_name_of_the_student(tmp_path, form, name, environment):
+    if form == 'gradescope' and environment is not None:
+        (tmp_path / 'submission_metadata.json').write_text(json.dumps({'users': environment}))
+    place = systems.Place(environment if isinstance(environment, dict) else {}, autograder=str(tmp_path))
+    assert systems.student(form, place) == name
+
+
+@pytest.mark.parametrize('variables, goal', [({'MOODLE_USER_NAME': 'Anna Berg'}, 'Anna Berg'), ({}, None)])
+def test_the_name_in_the_system_draws_the_values(tmp_path, monkeypatch, capsys, variables, goal):
+    (tmp_path / 'stop.yaml').write_text(TEXT)
+    for name, value in {'VPL_GRADEMIN': '0', 'VPL_GRADEMAX': '10', **variables}.items():
+        monkeypatch.setenv(name, value)
+    graded = []
+    monkeypatch.setattr(cli.Supervisor, 'grade', lambda self, job, *_: graded.append(job.exercise) or interrupted())
+    code = cli.main([str(tmp_path / 'stop.yaml'), '--output', str(tmp_path / 'out'), '--', str(tmp_path / 'a.py')])
+    assert graded == ([of(goal)] if goal else [])
+    assert ('add --student NAME' in capsys.readouterr().err) == (goal is None) and code != 0
+
+
+def interrupted():
+    raise KeyboardInterrupt
+
+
+def test_a_class_of_everybody_called_me_is_refused(tmp_path, capsys):
+    (tmp_path / 'me').mkdir()
+    (tmp_path / 'stop.yaml').write_text(TEXT)
+    (tmp_path / 'me' / 'stop.py').write_text('')
+    assert grade_all.main([str(tmp_path), '--output', str(tmp_path / 'out')], {}, exercise.load) == 2
+    assert 'differ from student to student, and the folder me has no name of one' in capsys.readouterr().err
 
 
 def test_in_a_class_each_submission_has_its_own(tmp_path, monkeypatch):

@@ -28,7 +28,7 @@ from sim_ros.camera_topics import CameraTopics, camera_info
 from sim_scene.renderer import Renderer
 
 NAME = 'gazebo_cameras'
-PARAMETERS = Table(Text('~server', '/gazebo'), Number('~gamma', pinhole.GAMMA, *pinhole.GAMMAS))
+PARAMETERS = Table(Text('~server', '/gazebo'), Number('~gamma', pinhole.GAMMA, *pinhole.GAMMAS), run_only=True)
 
 
 class CamerasNode:

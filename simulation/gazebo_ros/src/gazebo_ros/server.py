@@ -44,15 +44,16 @@ from plain_support import InvalidInput, processes
 from rospy_support import parameters, reachability
 from rospy_support.parameters import Table
 from rospy_support.topics import LatestPublisher, Publisher
-from sim_ros import clock, recording
+from sim_ros import clock, launch_parameters, recording
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.gazebo_services import GazeboServices, flat, pose_and_twist
 from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
 from sim_ros.robotont_messages import base_transform
+from sim_ros.single_world import WORLD, require_alone
 
 NAME = 'gazebo'
-PARAMETERS = Table(clock.SEED, recording.RECORD, clock.PARAMETERS)
+PARAMETERS = Table(launch_parameters.NAMES, clock.SEED, recording.RECORD, clock.PARAMETERS, run_only=True)
 RECORDED = ('x', 'y', 'theta')  # columns of a recording: the true pose of the robot that was added first
 CAMERA_RATE = 30.0  # [Hz] at which cameras are told where the robots are
 CAMERAS = 'gazebo_cameras'
@@ -64,13 +65,13 @@ PACKAGE = re.compile(r'(?:package|model)://([\w.-]+)/')
 class GazeboNode:
     """Gazebo's interface on a GazeboWorld."""
 
-    def __init__(self, world, warnings, connection=None):
+    def __init__(self, world, warnings, connection=None, paused=False):
         """Register everything. Call ``init_simulator`` first.
 
-        ``connection``: a socket for a ParentLink.
+        ``connection``: a socket for a ParentLink; ``paused``: start paused, whatever the parameter says.
         """
         self._parent = ParentLink(connection) if connection else None
-        self._clock = SimulatorClock(DT, self._parent)
+        self._clock = SimulatorClock(DT, self._parent, paused, bool(rospy.get_param(clock.USE_SIM_TIME, True)))
         self._numbers = seeded_random()
         self._world = world
         self._shared = RecordedWorld(world, RECORDED, _fields,
@@ -324,18 +325,16 @@ def _matrix(pose, z):
 def main(connection=None, robots=()):
     """Run the node gazebo; ``connection``: that of a ParentLink; ``robots``: [(name, URDF, Pose2D)], in namespaces."""
     options = command_line.read(rospy.myargv()[1:])
+    require_alone(NAME, world=WORLD)
     init_simulator(NAME, PARAMETERS)
     reachability.watch()
-    if options.paused:
-        rospy.set_param('~paused', True)
-    if rospy.get_param(clock.USE_SIM_TIME, True) and not rospy.has_param('~clock'):
-        rospy.set_param('~clock', True)  # Gazebo always publishes /clock
+    launch_parameters.keep()
     model_files.use_folders(command_line.model_folders())
     try:
         plan, found, warnings = model_files.load_world(options.world, command_line.world_folders())
     except InvalidInput as error:
         raise parameters.ParameterError(f'the world {options.world}: {error}') from None
-    node = GazeboNode(GazeboWorld(plan), warnings, connection)
+    node = GazeboNode(GazeboWorld(plan), warnings, connection, options.paused)
     node.add_from_world(found)
     try:
         for robot in robots:

@@ -19,13 +19,13 @@ from kinematic_core.worlds import camera, world_format
 from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput
-from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
 from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
 from sim_ros.camera_topics import CameraTopics, camera_info
 from sim_ros.robotont_messages import ODOMETRY_RATE
+from sim_ros.single_world import require_alone
 from sim_scene.renderer import Renderer
 
 NAME = 'robotont_camera'
@@ -37,7 +37,7 @@ PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGE
                    Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''),
                    Number('~depth_near', camera.DEPTH_NEAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
                    Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
-                   Number('~gamma', camera.GAMMA, *camera.GAMMAS))
+                   Number('~gamma', camera.GAMMA, *camera.GAMMAS), run_only=True)
 
 
 class CameraNode:

@@ -22,18 +22,18 @@ from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
 from robotont_gazebo.core.models import ROBOT, Models
-from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 from rospy_support import parameters, reachability
 from rospy_support.parameters import Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, Publisher
-from sim_ros import clock, recording
+from sim_ros import clock, launch_parameters, recording
 from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.gazebo_services import GazeboServices
 from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
+from sim_ros.single_world import WORLD, require_alone
 from sim_scene import worlds
 
 NAME = 'robotont_gazebo'
@@ -56,7 +56,8 @@ PARAMETERS = Table(
     Number('~y', 0.0, -FARTHEST, FARTHEST, 'm'), Number('~yaw', 0.0, -FARTHEST, FARTHEST, 'rad'),
     Text('~frame_prefix', ''), Number('~watchdog', WATCHDOG, 0.05, 3600.0, 's', NEVER), *LIMITS,
     Number('~odom_slip', 0.0, 0.0, 0.9), Number('~odom_noise', 0.0, 0.0, 1.0, 'm'),
-    Number('~scan_noise', SCAN_NOISE, 0.0, 1.0, 'm'), clock.SEED, recording.RECORD, clock.PARAMETERS)
+    Number('~scan_noise', SCAN_NOISE, 0.0, 1.0, 'm'), launch_parameters.NAMES, clock.SEED, recording.RECORD,
+    clock.PARAMETERS, run_only=True)
 
 
 class RobotontNode:
@@ -95,7 +96,7 @@ class RobotontNode:
         self._moving = LatestPublisher('~moving_panels', PoseArray) if self._world.plan.moving() else None
         self._start = self._world.pose, self._world.plan
         self._models = Models(self._world)
-        self._gazebo = GazeboServices('gazebo/', self._clock, self._shared, self._models, self._place, self._reset)
+        self._gazebo = GazeboServices(f'{WORLD}/', self._clock, self._shared, self._models, self._place, self._reset)
         self._clock.services.add('~set_pose', SetPose, self._set_pose)
         self._clock.services.add('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
@@ -246,7 +247,8 @@ def _read_world(seed):
 
 def main(connection=None):
     """Run robotont_gazebo; ``connection``: that of a ParentLink."""
-    require_alone(NAME, 'odom')
+    require_alone(NAME, 'odom', WORLD)
     init_simulator(NAME, PARAMETERS)
     reachability.watch()
+    launch_parameters.keep('robot_description')
     RobotontNode(connection).run()

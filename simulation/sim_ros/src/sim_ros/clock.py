@@ -56,7 +56,7 @@ SLOWEST, FASTEST = 0.01, 1000.0
 PARAMETERS = Table(Number('~rate', REAL_TIME, SLOWEST, FASTEST, infinite='max'),
                    Boolean('~clock', Computed('true where `~rate` is not 1')), Boolean('~paused', False),
                    Boolean('~lockstep', Computed('true where `~rate` is max')),
-                   Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'))
+                   Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'), run_only=True)
 SEED = Integer('~seed', 0, 0)
 MAX_STEPS = 1_000_000  # of one call of ~step
 CLOCK_SIZE = len(frame(Clock()))  # [bytes]
@@ -81,14 +81,16 @@ def seeded_random():
 class SimulatorClock:
     """Paces a simulator's steps and publishes their time."""
 
-    def __init__(self, step, parent=None):
+    def __init__(self, step, parent=None, paused=False, publishes=False):
         """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step.
 
-        ``parent``: the ParentLink to the program that owns the time.
+        ``parent``: the ParentLink to the program that owns the time; ``paused``: the command line says so, whatever
+        the parameter is; ``publishes``: the default of ~clock is true, at any rate.
         """
         self._parent = parent
-        rate, self._lockstep_timeout, paused = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
-        self._publishes = PARAMETERS['~clock'].read(rate != REAL_TIME)
+        rate, self._lockstep_timeout, waits = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
+        paused = paused or waits
+        self._publishes = PARAMETERS['~clock'].read(publishes or rate != REAL_TIME)
         lockstep = PARAMETERS['~lockstep'].read(self._publishes and rate == math.inf)
         if lockstep and not self._publishes:
             raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
@@ -112,6 +114,10 @@ class SimulatorClock:
         rospy.Service('~set_rate', SetRate, self.unless_owned(self._set_rate))
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
+        if paused and not parent:
+            rospy.loginfo('Started paused, because %s. rosservice call %s lets time run.',
+                          f'{rospy.resolve_name("~paused")} is true' if waits else 'the command line says so (-u)',
+                          rospy.resolve_name('~resume'))
 
     @property
     def paused(self):

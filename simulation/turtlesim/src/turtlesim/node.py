@@ -32,8 +32,8 @@ FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand tur
 BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
 START_PARAMETER = Numbers('~start', Computed('by `~seed`'), length=3, unit='m, m, rad')
-PARAMETERS = Table(*BACKGROUND_PARAMETERS, clock.PARAMETERS, clock.SEED, START_PARAMETER, recording.RECORD,
-                   image_server.PARAMETERS)
+PARAMETERS = Table(*BACKGROUND_PARAMETERS, Table(clock.PARAMETERS, clock.SEED, START_PARAMETER, recording.RECORD,
+                                                 image_server.PARAMETERS, run_only=True))  # the original has no such
 
 
 class TurtlesimNode:

@@ -44,10 +44,15 @@ CLOCK_PATIENCE = 5.0  # [s] for the source of /clock to start, before a warning
 SHUTDOWN_TIMEOUT = 8.0  # [s] from the request to shut down to the end of the process; roslaunch waits 15 s
 
 _ending = threading.Event()  # set once the node shuts down
+_of_launch = {}  # {name: value} of parameters that end with the launch of this node
 
 
 def init_node(name, declared=(), argv=None, **options):
     """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
+
+    Parameters of the command line are deleted when the node ends. So are those of one run only (see parameters) that a
+    launch file has set, when a signal ends the node, as roslaunch does; a node that rosnode kill or an error ends may
+    be started again by its launch, with the same parameters.
 
     Raises rospy.exceptions.ROSInitException when it was stopped before a master answered, and ParameterError for a name
     that ROS does not allow, or a value that no parameter can have.
@@ -68,9 +73,12 @@ def init_node(name, declared=(), argv=None, **options):
     rospy.on_shutdown(_limit_the_end)
     given = rospy_internals.command_line_parameters(argv)
     registration.keep_registered(given)
-    if not launched(argv):  # parameters of a launch file look like those of an earlier run
+    stored = parameters.private()
+    if launched(argv):
+        _of_launch.update(parameters.of_launch(declared, given, stored))
+    else:  # parameters of a launch file look like those of an earlier run
         parameters.warn_of_stale(declared, given)
-    parameters.warn_of_unknown(declared, given)
+    parameters.warn_of_unknown(declared, given, stored)
     if not rospy_internals.is_wall_time():
         timer = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
         timer.daemon = True
@@ -189,6 +197,7 @@ def _await_signals(reader):
     while True:
         for number in os.read(reader, 64):
             if number in SIGNALS:
+                registration.delete_at_end(_of_launch)
                 shut_down(f'signal-{number}')
 
 

@@ -10,6 +10,10 @@ A node declares all its parameters in one table; a test compares the documentati
 
 A parameter has a name, usually private (``'~rate'``), a default, and usually a range and a unit. Reading raises
 ParameterError if the value is not allowed. rospy must be initialised.
+
+``Table(..., run_only=True)`` declares parameters that are said about one run, such as the rate of a simulator: when a
+node of a launch file ends with its launch, it deletes them (see nodes.init_node). The others stay on the master, as
+those of every ROS node.
 """
 import dataclasses
 import difflib
@@ -236,15 +240,21 @@ class Numbers(Parameter):
 
 
 class Table:
-    """The parameters of a node: Parameters, and Tables of parameters that it shares with other nodes."""
+    """The parameters of a node: Parameters, and Tables of parameters that it shares with other nodes.
 
-    def __init__(self, *parts):
-        self._parameters = {}
+    ``run_only``: all of them are of one run only; those of a part that says so are in any case.
+    """
+
+    def __init__(self, *parts, run_only=False):
+        self._parameters, self.run_only = {}, set()  # names that are of one run only
         for part in parts:
+            self.run_only |= getattr(part, 'run_only', set())
             for parameter in part if isinstance(part, Table) else [part]:
                 if parameter.name in self._parameters:
                     raise ValueError(f'{parameter.name} is declared twice')
                 self._parameters[parameter.name] = parameter
+        if run_only:
+            self.run_only |= self._parameters.keys()
 
     def __iter__(self):
         return iter(self._parameters.values())
@@ -282,20 +292,41 @@ def warn_of_stale(parameters, given):
         rospy.logwarn('%s', findings.stale_parameters(rospy.get_name(), stale))
 
 
-def warn_of_unknown(parameters, given):
-    """Warn about private parameters that the node does not have: of the command line, and misspelt ones on the master.
-
-    ``given`` holds the resolved names from the command line. A launch file for another node of this kind may set
-    parameters that this one does not have, so of those only names that are nearly one of ``parameters`` are told.
-    """
-    known = [parameter.name[1:] for parameter in parameters if parameter.name.startswith('~')]
+def private():
+    """Return {name without ~: value} of what the master has below the name of this node; {} without a master."""
     try:
         (code, _, stored), = Master().request([('getParam', rospy.get_name())])
     except NoMaster:
-        return
-    private = stored if code == 1 and isinstance(stored, dict) else {}
+        return {}
+    return stored if code == 1 and isinstance(stored, dict) else {}
+
+
+def of_launch(parameters, given, stored):
+    """Return {resolved name: value} of the parameters of one run only that are not on the command line.
+
+    ``parameters`` is a Table or a list; ``stored`` as ``private`` returns it. The launch file of this node has set
+    them, or a run that was killed has left them, which nobody can tell; so those that are not the default are logged.
+    """
+    found = {name: stored[name[1:]] for name in getattr(parameters, 'run_only', ())
+             if name[1:] in stored and rospy.resolve_name(name) not in given}
+    unusual = [f'{name[1:]}={_yaml(stored[name[1:]])}' for name in sorted(found)
+               if parameters[name].default != stored[name[1:]] and not parameters[name].secret]
+    if unusual:
+        rospy.loginfo('Started with %s, because a launch file has set this, or a run that was killed has left it: '
+                      'then type rosparam delete %s, and start again.', ', '.join(unusual), rospy.get_name())
+    return {rospy.resolve_name(name): value for name, value in found.items()}
+
+
+def warn_of_unknown(parameters, given, stored):
+    """Warn about private parameters that the node does not have: of the command line, and misspelt ones on the master.
+
+    ``given`` holds the resolved names from the command line, ``stored`` is what ``private`` returns. A launch file for
+    another node of this kind may set parameters that this one does not have, so of those only names that are nearly
+    one of ``parameters`` are told.
+    """
+    known = [parameter.name[1:] for parameter in parameters if parameter.name.startswith('~')]
     parts = {name.split('/')[0] for name in known}  # of ~a/b, the master has a map named a
-    for name in sorted(private.keys() - parts) if known else ():
+    for name in sorted(stored.keys() - parts) if known else ():
         typed = rospy.resolve_name(f'~{name}') in given
         near = difflib.get_close_matches(name, known, 1, SIMILAR if typed else MISSPELT)
         if typed or near:
@@ -332,11 +363,14 @@ def _value(name, resolved, default):
                          f'answer ({error}); start roscore and try again') from None
 
 
+def _yaml(value):
+    """Return a value as in YAML."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _typed(name, resolved, default):
     """Return how to set the parameter: on the command line of the node, or with rosparam."""
-    value = 'TEXT' if default in (None, '') else str(default)
-    if isinstance(default, bool):
-        value = value.lower()
+    value = 'TEXT' if default in (None, '') else _yaml(default)
     if isinstance(default, (list, tuple)):
         value = f'"{value}"'  # quoted for the shell
     command = f'rosparam set {resolved} {value}'

@@ -27,6 +27,7 @@ REST_TIMEOUT = 1.0  # [s] the same for a node that has shut down
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
+_deleted_at_end = {}  # {absolute name: value}
 
 
 def on_return(function):
@@ -41,6 +42,11 @@ def keep_parameter(name, value):
     """Set a parameter, now and on each master that the node is registered with again."""
     rospy.set_param(name, value)
     on_return(lambda: rospy.set_param(name, value))
+
+
+def delete_at_end(parameters):
+    """Delete the parameters {absolute name: value} when the node ends, unless they have another value by then."""
+    _deleted_at_end.update(parameters)
 
 
 def keep_registered(parameters=(), period=PERIOD):
@@ -118,7 +124,7 @@ class _Watch:
         if self._registering.acquire(timeout=TIMEOUT):
             self._registering.release()
             with contextlib.suppress(*TROUBLES):
-                _delete(self._parameters)
+                _delete({**self._parameters, **_deleted_at_end})
 
     def _check(self):
         self._lost = self._lost or not _known()
@@ -152,8 +158,9 @@ def _delete(parameters):
     if not parameters:
         return
     sign, master = rospy.resolve_name(SIGN), Master(UNREGISTER_TIMEOUT)
-    (code, _, uri), *answers = master.request([('lookupService', sign), *(('getParam', name) for name in parameters)])
-    if code == 1 and uri == dict(rospy_internals.offered_services()).get(sign):
+    (code, _, uri), (_, _, node), *answers = master.request([
+        ('lookupService', sign), ('lookupNode', rospy.get_name()), *(('getParam', name) for name in parameters)])
+    if code == 1 and uri == dict(rospy_internals.offered_services()).get(sign) and node == rospy.get_node_uri():
         master.request([('deleteParam', name) for (name, value), (there, _, now) in zip(parameters.items(), answers)
                         if there == 1 and now == value])
 

@@ -273,15 +273,49 @@ UNKNOWN_TABLE = Table(Number('~rate', 10.0), Integer('~background_r', 69), Text(
                                'Did you mean _background_r?']),
     ({'reat': 5, 'scale': 1.0, 'costmap': {'width': 3}}, (), []),  # of a launch file for another node of this kind
 ])
-def test_parameters_that_the_node_does_not_have_are_told(server, monkeypatch, lines, stored, given, said):
+def test_parameters_that_the_node_does_not_have_are_told(server, lines, stored, given, said):
+    parameters.warn_of_unknown(UNKNOWN_TABLE, {rospy.resolve_name(name) for name in given}, stored)
+    assert lines == [f'parameter {rospy.resolve_name("~")}{text}' for text in said]
+
+
+@pytest.mark.parametrize('answer, stored', [
+    ([1, '', {'rate': 5, 'image': {'format': 'png'}}], {'rate': 5, 'image': {'format': 'png'}}),
+    ([-1, 'not set', 0], {}), ([1, '', 5], {}), (parameters.NoMaster(), {}),
+])
+def test_what_the_master_has_below_the_name_of_the_node(monkeypatch, answer, stored):
     class Master:
         def request(self, calls):
             assert calls == [('getParam', NODE)]
-            return [[1, '', stored] if stored else [-1, 'not set', 0]]
+            if isinstance(answer, Exception):
+                raise answer
+            return [answer]
     monkeypatch.setattr(parameters, 'Master', Master)
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
-    parameters.warn_of_unknown(UNKNOWN_TABLE, {rospy.resolve_name(name) for name in given})
-    assert lines == [f'parameter {rospy.resolve_name("~")}{text}' for text in said]
+    assert parameters.private() == stored
+
+
+CLOCK_TABLE = Table(Number('~rate', 1.0), Boolean('~paused', False), run_only=True)
+RUN_TABLE = Table(Integer('~background_r', 69), CLOCK_TABLE, Table(Text('~key', '', secret=True), run_only=True))
+
+
+@pytest.mark.parametrize('stored, given, ends, said', [
+    ({'background_r': 0, 'other': 5}, (), {}, None),  # stays, as with the original
+    ({'rate': 1.0, 'paused': False}, (), {'rate': 1.0, 'paused': False}, None),
+    ({'rate': 5, 'paused': True, 'background_r': 0}, (), {'rate': 5, 'paused': True}, 'paused=true, rate=5'),
+    ({'rate': 5, 'paused': True}, ('~paused',), {'rate': 5}, 'rate=5'),  # that of the command line ends with it anyway
+    ({'key': 'x'}, (), {'key': 'x'}, None),
+])
+def test_what_a_launch_file_says_about_one_run_ends_with_it(server, monkeypatch, stored, given, ends, said):
+    told = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: told.append(text % values))
+    found = parameters.of_launch(RUN_TABLE, {rospy.resolve_name(name) for name in given}, stored)
+    assert found == {rospy.resolve_name(f'~{name}'): value for name, value in ends.items()}
+    assert [text.partition(',')[0] if said is None else text[:len(f'Started with {said}, because')] for text in told
+            ] == ([] if said is None else [f'Started with {said}, because'])
+
+
+def test_a_list_of_parameters_has_none_of_one_run_only(server):
+    assert parameters.of_launch([Number('~rate', 1.0)], (), {'rate': 5}) == {}
 
 
 @pytest.mark.parametrize('argument', [

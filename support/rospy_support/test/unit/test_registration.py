@@ -92,6 +92,7 @@ def master(monkeypatch):
     monkeypatch.setattr(rospy, 'resolve_name', lambda name: name.replace('~', f'{NODE}/'))
     monkeypatch.setattr(rospy, 'get_node_uri', lambda: URI)
     monkeypatch.setattr(registration, '_hooks', [])
+    monkeypatch.setattr(registration, '_deleted_at_end', {})
     yield server
     server.stop()
 
@@ -296,14 +297,26 @@ def test_a_refused_call_of_many_is_named(master):
     (lambda master: master.parameters.update({'/sim/node/rate': 7.0}), {'/sim/node/rate': 7.0, '/sim/node/other': 1}),
     (lambda master: master.parameters.pop('/sim/node/name'), {'/sim/node/other': 1}),
     (lambda master: master.services.update({SIGN: 'rosrpc://localhost:2'}), {**PARAMETERS, '/sim/node/other': 1}),
+    (lambda master: setattr(master, 'uri', 'http://localhost:4712/'), {**PARAMETERS, '/sim/node/other': 1}),
     (lambda master: master.services.clear(), {**PARAMETERS, '/sim/node/other': 1}),
-], ids=['its own', 'set to something else', 'deleted', 'a newer node has the name', 'a master that does not know it'])
+], ids=['its own', 'set to something else', 'deleted', 'a newer node has the name', 'a newer node is starting',
+        'a master that does not know it'])
 def test_the_end_deletes_what_the_command_line_has_set(master, watch, change, left):
     master.parameters.update(PARAMETERS, **{'/sim/node/other': 1})
+    master.listed = [], [], [SIGN]
     registration.keep_registered(PARAMETERS, 1000.0)
     change(master)
     watch.shutdown()
     assert master.parameters == left
+
+
+def test_the_end_deletes_what_its_launch_file_has_set(master, watch):
+    master.parameters.update(PARAMETERS, **{'/robot_description': 'urdf', '/other': 1})
+    master.listed = [], [], [SIGN]
+    registration.keep_registered({}, 1000.0)
+    registration.delete_at_end({'/robot_description': 'urdf', '/other': 2})
+    watch.shutdown()
+    assert master.parameters == {**PARAMETERS, '/other': 1}
 
 
 def test_the_end_of_a_node_without_parameters_does_not_ask_the_master(master, watch):

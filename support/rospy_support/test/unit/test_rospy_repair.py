@@ -11,6 +11,7 @@ import textwrap
 import threading
 import time
 import types
+import xmlrpc.client
 
 import pytest
 import rospy.core
@@ -259,6 +260,29 @@ def test_the_master_that_does_run_is_named(tmp_path, monkeypatch):
         said = process.stderr.readline()
         interrupted(process, SIGINT)
     assert f'There is no ROS master at {NO_MASTER}.' in said and 'type export ROS_MASTER_URI=http://localhost:' in said
+
+
+@pytest.mark.parametrize('simulated, published, imports, warns', [
+    (True, False, 'rospy', True), (False, False, 'rospy', False), (True, True, 'rospy', False),
+    (True, False, 'rospy_support.nodes', False),  # these warn by themselves
+])
+@pytest.mark.one_in(3)
+def test_a_program_that_waits_for_a_clock_says_so(tmp_path, simulated, published, imports, warns):
+    with own_master(str(tmp_path / 'log')) as master:
+        proxy = xmlrpc.client.ServerProxy(master.uri)
+        proxy.setParam('/test', '/use_sim_time', simulated)
+        if published:
+            proxy.registerPublisher('/sim', '/clock', 'rosgraph_msgs/Clock', 'http://localhost:1')
+        process = program(f"""
+            import time
+            import rospy.impl.simtime, {imports}
+            rospy.impl.simtime.init_simtime.__globals__['CLOCK_PATIENCE'] = 0.1
+            rospy.init_node('waits')
+            time.sleep(0.5)
+            rospy.signal_shutdown('done')
+        """, ROS_MASTER_URI=master.uri)
+        code, _, said = ended(process)
+    assert code == 0 and ('no node publishes /clock' in said) is warns, said
 
 
 def test_ctrl_c_while_waiting_is_a_keyboard_interrupt_for_a_program_with_its_own_signals():

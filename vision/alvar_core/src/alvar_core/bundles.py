@@ -139,7 +139,7 @@ class _Reader:
                               'it was computed from the other three')
         lengths = sides(place)
         diagonals = np.linalg.norm(place[:2] - place[2:], axis=1)
-        if lengths.min() < 1e-3 * max(lengths.max(), 1e-9) or diagonals.min() < 0.1 * diagonals.max():
+        if lengths.min() < 1e-3 * max(float(lengths.max()), 1e-9) or diagonals.min() < 0.1 * diagonals.max():
             self.fail(where, 'the corners are not a square: two of them coincide')
         expected = np.append(lengths, diagonals / math.sqrt(2))
         if np.ptp(expected) > UNEVEN * expected.mean():

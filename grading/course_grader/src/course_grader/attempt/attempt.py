@@ -16,6 +16,9 @@ import http.client
 import json
 import math
 import os
+import re
+import resource
+import shutil
 import time
 import traceback
 import uuid
@@ -32,7 +35,7 @@ from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulator_link import SimulatorLink
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
-from course_grader.isolation import levels, network, sandbox, student_files, view
+from course_grader.isolation import levels, network, sandbox, student_files, trial, view
 from course_grader.isolation.limits import CPU_ALLOWANCE, MANY_BUSY, MEGABYTE
 from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
@@ -79,11 +82,23 @@ SERVER_SHARE = 0.3  # of the wall time, of a run that met its limit: more proces
                     # is due to what the program sends them; an honest program's run takes 0.05 of it
 MAX_LOG = 16 * MEGABYTE  # [bytes] of the master's or the simulator's log; those of the samples have less than 30 kB
 MAX_SERVER_MEMORY = 512 * MEGABYTE  # [bytes] of master or simulator; at the start 60 MB
+LEAST_DISK, FULL_DISK = 8 * MEGABYTE, MEGABYTE // 4  # [bytes] free for the recording, which has up to 2 MB, and logs:
+                                                     # before a grading, and below which it cannot go on
+FULL = 'the disk of {} is full: make room there, or choose another folder with --output'
+MANY_FILES = 512  # at a time; the samples, master and simulator have up to 60
+TRIAL_TIME = 30.0  # [s] of wall time for a program that only imports, which takes 0.5 s
+TRACEBACK = 30  # last lines of the output in which an exception is looked for
+KILLED = -9, 137  # exit codes of SIGKILL
+MODEST_MEMORY = 512.0  # [MB] up to which a program is not the cause if the machine has none left; samples have 150
 MAX_SERVER_THREADS = 1_000  # of master or simulator, which have one for each connection; those of the samples have 40
 
 
 class AttemptError(RuntimeError):
     """The grading failed for a reason that is not the student's; the text says why."""
+
+
+class MachineError(AttemptError):
+    """The machine lacks what a program needs; the program is no cause."""
 
 
 class TooSlow(AttemptError):
@@ -123,7 +138,7 @@ def run(job):
     attempt = Attempt(job, command, chosen, remarks)
     try:
         verdict = attempt.run()
-    except sandbox.IsolationError as error:
+    except (sandbox.IsolationError, MachineError) as error:
         attempt.student = None
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
     except AttemptError as error:
@@ -214,8 +229,12 @@ class Attempt:
         """Observe; return the Verdict. Raise AttemptError."""
         if self._job.isolation.level == levels.NAMESPACE:
             network.enter_own()
+        _allow_files()
+        if shutil.disk_usage(self._job.output).free < LEAST_DISK:
+            raise MachineError(f'{FULL.format(self._job.output)}. A grading needs {LEAST_DISK / MEGABYTE:.0f} MB')
         with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
                              [self._job.output]) as box:
+            self._box = box
             _set_environment(box.environment)
             self._guard = Guard(box.user)
             self._start_master(box)
@@ -286,7 +305,9 @@ class Attempt:
             self._until(lambda: set(self._beside) <= _subscribers(self._master, '/clock')
                         and all(each.sleeps() for each in threads), simulator, 'simulator', self._job.limit)
         except Gone:
-            raise AttemptError(f'one of {", ".join(self._beside)} ended immediately; see its .txt file') from None
+            ended = next((name for name, process in self._beside.items() if process.poll() is not None), '/node')
+            log = os.path.join(self._job.output, f'{ended[1:]}.txt')
+            raise AttemptError(f'{ended} ended immediately, see {ended[1:]}.txt{_last_line(log)}') from None
         if self._policy.lockstep:
             self._link.step(steps_for(WARM_UP, self._dt))
         else:
@@ -319,11 +340,15 @@ class Attempt:
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed)
         self._link.listen()
+        tried = None if self._job.tried or box.user is None else self._start_trial(box, trial.first_modules())
         self._until(lambda: self._link.ready, simulator, 'simulator')
         every = beside.STEPS if self._beside else 1
         self._link.tell_time(every)
         self._link.step(every)  # time begins
         self._warm_up(simulator)
+        if tried:
+            self._judge_trial(box, tried)
+        self._kills_before = _kills_for_memory()
         try:
             student = self.student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
@@ -339,11 +364,53 @@ class Attempt:
             self._check_servers(simulator)
             if not self.observed.trouble and not self._ended_by_student(simulator):
                 raise
+        self._blame_machine(box, student)
         self.observed.lines = list(student.lines)  # what it says when it is ended does not count
         if student.dropped:
             self.remarks.append(f'the program printed {len(student.lines) + student.dropped} lines; only the first '
                                 f'{len(student.lines)} count')
         reader.close()
+
+    def _start_trial(self, box, modules, limits=None):
+        """Start a program of the grader that tries what others need, as their user; return it as a Student."""
+        try:
+            return sandbox.Student(box, trial.command(modules, limits), lambda: 0.0)
+        except (sandbox.CommandError, OSError) as error:
+            raise MachineError(f'no program can be started here: {error}') from None
+
+    def _judge_trial(self, box, tried):
+        """Raise MachineError if a trial fails."""
+        waiting = ActiveTimer()
+        while tried.exit_code() is None and waiting.elapsed() < TRIAL_TIME and not self._is_late():
+            time.sleep(POLL)
+        code = tried.exit_code()
+        tried.end()
+        if code:
+            tried.drain()
+            raise MachineError(trial.cause(tried.last_output(), box.user, box.seen()))
+
+    def _blame_machine(self, box, student):
+        """Raise MachineError if what has ended a program would end every other one here, too."""
+        if not self.observed.trouble or student.exceeded_limit():
+            return
+        modules, scarce = trial.suspected('\n'.join(
+            [self.observed.trouble, *(line.text for line in list(student.lines)[-TRACEBACK:])]))
+        if modules or scarce:
+            student.end()  # what it has taken is free again
+            self._judge_trial(box, self._start_trial(box, modules, self._job.isolation.limits if scarce else None))
+        if (student.exit_code() in KILLED and _kills_for_memory() > self._kills_before
+                and student.memory() < MODEST_MEMORY):
+            raise MachineError('this machine has no memory left: its kernel ended the program, which used '
+                               f'{student.memory():.0f} MB. End other programs, or grade fewer at a time with --jobs')
+
+    def _check_disk(self):
+        """Raise MachineError if the disk of the results is full, unless the program has filled it."""
+        if shutil.disk_usage(self._job.output).free >= FULL_DISK:
+            return
+        written = self._box.disk_used() if self._job.isolation.level != levels.NAMESPACE else 0.0
+        if written * MEGABYTE < LEAST_DISK:
+            raise MachineError(FULL.format(self._job.output))
+        self.observed.trouble = f'the program filled the disk: it has written {written:.0f} MB'
 
     def _follow(self, reader, student, simulator):
         """Start time when the program has started, and watch until the end."""
@@ -427,6 +494,7 @@ class Attempt:
             if reader.now >= self._polled_at + PERIOD:
                 self._polled_at = reader.now
                 self._poll(student)
+                self._check_disk()
                 if self._settled(stimuli):
                     break
         self._state.read()
@@ -536,7 +604,9 @@ class Attempt:
         end = time.monotonic() + timeout
         while not condition():
             if process.poll() is not None:
-                raise AttemptError(f'the {what} ended immediately with exit code {process.poll()}; see {what}.txt')
+                log = os.path.join(self._job.output, f'{what}.txt')
+                raise AttemptError(f'the {what} ended immediately with exit code {process.poll()}, see {what}.txt'
+                                   f'{_last_line(log)}')
             if time.monotonic() > end:
                 raise TooSlow(f'the {what} did not start within {timeout:g} s')
             time.sleep(POLL)
@@ -601,6 +671,31 @@ def _flooded(before, after, seconds, used=0.0):
 def _decimal(value, low, high):
     """Return a number within limits, with four decimals, which are within them, too."""
     return f'{min(max(round(value, 4), math.ceil(low * 1e4) / 1e4), math.floor(high * 1e4) / 1e4):.4f}'
+
+
+def _allow_files():
+    """Let this process and all that it starts open MANY_FILES; raise MachineError if that is not allowed."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = math.inf if hard == resource.RLIM_INFINITY else hard
+    if most < MANY_FILES:
+        raise MachineError(f'a process may open only {most} files here, and a grading needs {MANY_FILES}; ulimit -Hn '
+                           'shows the limit, and /etc/security/limits.conf (nofile) sets it')
+    if soft != resource.RLIM_INFINITY and soft < MANY_FILES:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (MANY_FILES, hard))
+
+
+def _kills_for_memory():
+    """Return how many processes the kernel has ended since it started because no memory was left."""
+    with contextlib.suppress(OSError, IndexError, ValueError), open('/proc/vmstat', encoding='ascii') as file:
+        return int(re.findall(r'^oom_kill (\d+)$', file.read(), re.MULTILINE)[0])
+    return 0
+
+
+def _last_line(path):
+    """Return ': ' and the last line of a log, or ''."""
+    with contextlib.suppress(OSError, IndexError), open(path, encoding='utf-8', errors='replace') as file:
+        return ': ' + [line.strip() for line in file if line.strip()][-1]
+    return ''
 
 
 def _subscribers(master, topic):

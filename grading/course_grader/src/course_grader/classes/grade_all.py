@@ -32,6 +32,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
 from plain_support import processes
 
+NOBODY = 'me'  # the folder that our files for GitHub and GitLab once gave to every student
 MAX_LINE = 200  # characters of the progress line of a grading
 Load = Callable[[str], Exercise]
 
@@ -206,6 +207,10 @@ def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise]
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     files = graded.files_of(submission, programs)
     one = loaded[submission.exercise]
+    if one.varies and submission.student == NOBODY:
+        raise ClassError(f'the values of {one.name} differ from student to student, and the folder {NOBODY} has no '
+                         'name of one: call it as on the sheet. The files for GitHub and GitLab in '
+                         'grading/integrations do so')
     if one.varies:
         one = exercise.load(path, submission.student)
     return Work(submission, one, graded.folder_of(submission, options.output), seed,

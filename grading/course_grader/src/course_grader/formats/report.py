@@ -2,7 +2,7 @@
 import json
 import os
 import textwrap
-from typing import Sequence
+from typing import Dict, Sequence, Union
 
 from course_grader.formats import harmless, junit, path_picture
 from course_grader.rules.exercise import Exercise
@@ -48,8 +48,8 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
     suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided.public(), observed.seconds,
                         isolation)
     output = ''.join(f'{line.t - observed.start:8.2f}  {harmless.plain(line.text)}\n' for line in observed.lines)
-    files = {'result.json': json.dumps(result, indent=2) + '\n', 'junit.xml': junit.document([suite]),
-             'output.txt': output}
+    files: Dict[str, Union[str, bytes]] = {
+        'result.json': json.dumps(result, indent=2) + '\n', 'junit.xml': junit.document([suite]), 'output.txt': output}
     drawn = path_picture.drawing(exercise, observed)
     if drawn:
         files.update({'path.png': path_picture.png(drawn), 'path.svg': path_picture.svg(drawn)})

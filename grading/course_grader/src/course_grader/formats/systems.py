@@ -42,6 +42,11 @@ class Grading(NamedTuple):
     isolation: str = ''
 
 
+METADATA = 'submission_metadata.json'  # of Gradescope
+NAMES_OF_STUDENTS = {'classroom50': ('OWNER', 'USERNAME'),
+                     'vpl': ('MOODLE_GROUP_NAME', 'MOODLE_USER_NAME')}  # variables, the first that is set
+
+
 class Place(NamedTuple):
     """Where the grader runs: environment, current folder, and where Gradescope has its files."""
 
@@ -71,6 +76,21 @@ def detect(place: Place) -> str:
     if all(place.environment.get(name) for name in VPL_NAMES):
         return 'vpl'
     return TEXT
+
+
+def student(name: str, place: Place) -> str:
+    """Return the name that a system has for the student, or for all of a group, or ''.
+
+    Classroom 50: of the account; Gradescope: as in the roster; VPL: as in Moodle, of a group its name.
+    """
+    if name == 'gradescope':
+        try:
+            with open(os.path.join(place.autograder, METADATA), encoding='utf-8') as file:
+                return ' and '.join(sorted(str(user['name']).strip() for user in json.load(file)['users']))
+        except (OSError, ValueError, KeyError, TypeError):
+            return ''
+    return next((place.environment[key].strip() for key in NAMES_OF_STUDENTS.get(name, ())
+                 if place.environment.get(key, '').strip()), '')
 
 
 def check(name: str, place: Place) -> None:

@@ -83,6 +83,7 @@ class Meter:
         self._cpu: Dict[int, float] = {}  # [s] of each process, also of those that have ended
         self._with_children = 0.0  # [s] of the running ones and of their ended children
         self._was_busy = False  # in the last poll
+        self.memory = 0.0  # [MB], the highest so far
         self.greedy = False  # it wanted many cores at a time
 
     def poll(self) -> str:
@@ -99,6 +100,7 @@ class Meter:
         self._cpu.update({number: own for number, (own, _) in times.items()})
         self._with_children = max(self._with_children, sum(own + ended for own, ended in times.values()))
         used = {'memory': _memory(numbers, self._limits.memory), 'cpu': self.cpu(), 'disk': self._disk(numbers)}
+        self.memory = max(self.memory, used['memory'])
         limits = self._limits._asdict()
         return next((reason(name, limits[name]) for name, value in used.items() if 0 < limits[name] <= value), '')
 

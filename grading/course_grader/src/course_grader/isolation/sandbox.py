@@ -113,11 +113,13 @@ class Sandbox:
         if isolation.level != levels.NONE:
             _check_own(command, shown)
         user = self.user
-        if not inside:
-            try:
+        try:
+            if not inside:
                 command, surroundings = self._prepare(command, surroundings, shown, user)
-            except (OSError, RecursionError) as error:
-                raise IsolationError(f'the files of the program could not be prepared: {error}') from None
+            elif user is not None:
+                shown = view.readable(shown, os.path.join(self._program, 'files'), (*self._hidden, self.folder))
+        except (OSError, RecursionError) as error:
+            raise IsolationError(f'the files of the program could not be prepared: {error}') from None
         receiver, sender = os.pipe()
         try:
             line = confinement.confined(isolation, command, surroundings, shown, user, sender, self._hidden)
@@ -128,10 +130,14 @@ class Sandbox:
         finally:
             os.close(sender)
         self._children.append(process)
-        return Program(process, receiver, inside, isolation.limits, self._disk_used,
+        return Program(process, receiver, inside, isolation.limits, self.disk_used,
                        lambda: self._end_program(psutil.Process(process.pid)))
 
-    def _disk_used(self) -> float:
+    def seen(self) -> List[Tuple[str, str]]:
+        """Return what programs see besides the system, see view.shown()."""
+        return view.shown(view.environment(self.environment, self._program, ''), self._isolation.own)
+
+    def disk_used(self) -> float:
         """Return the size [MB] of the files that a program without a file system of its own has written."""
         return confinement.written(self._program, self.user if self._isolation.level == levels.UID else None)
 
@@ -264,6 +270,15 @@ class Program:
         """Return the processor time [s] that its processes have used."""
         return self._meter.cpu()
 
+    def memory(self) -> float:
+        """Return the highest memory [MB] that its processes were seen to use."""
+        return self._meter.memory
+
+    def end(self) -> None:
+        """End all its processes."""
+        with contextlib.suppress(psutil.Error):
+            self._end()
+
     def greedy(self) -> bool:
         """Return whether it wanted many cores at a time, and since then gets only those that are idle."""
         return self._meter.greedy
@@ -291,7 +306,7 @@ class Student:
             raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
         self.process, self.exit_code = self._program.process, self._program.exit_code
         self.exceeded_limit, self.cpu = self._program.exceeded_limit, self._program.cpu
-        self.greedy = self._program.greedy
+        self.greedy, self.memory, self.end = self._program.greedy, self._program.memory, self._program.end
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 

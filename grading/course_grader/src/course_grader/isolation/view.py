@@ -3,12 +3,13 @@
 Of a catkin workspace it sees messages, services, actions and their definitions, but no nodes and no modules except
 LIBRARIES. Paths are the same inside and outside.
 """
+import contextlib
 import os
 import shutil
 import stat
 import sys
 import tempfile
-from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Container, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 SYSTEM = ('/usr', '/bin', '/sbin', '/lib', '/lib32', '/lib64', '/libx32', '/opt/ros')
@@ -118,6 +119,42 @@ def reachable(path: str, deep: bool = True) -> bool:
         for parent, folders, names in os.walk(path if deep else '') for name in (*folders, *names))
 
 
+def unreadable(path: str, avoided: Container[str] = ()) -> str:
+    """Return the first file or folder in a place that not every user may read, without a look at what is above it.
+
+    ``avoided``: folders that are left out.
+    """
+    if not _allows(path, stat.S_IROTH) or os.path.isdir(path) and not _allows(path, stat.S_IXOTH):
+        return path
+    for parent, folders, names in os.walk(path):
+        folders[:] = [name for name in folders if name != '__pycache__' and os.path.join(parent, name) not in avoided]
+        for name, right in (*((one, stat.S_IROTH | stat.S_IXOTH) for one in folders),
+                            *((one, stat.S_IROTH) for one in names)):
+            inner = os.path.join(parent, name)
+            with contextlib.suppress(OSError):  # it has just been removed
+                if os.lstat(inner).st_mode & right != right:
+                    return inner
+    return ''
+
+
+def readable(places: Iterable[Tuple[str, str]], folder: str, avoided: Sequence[str]) -> List[Tuple[str, str]]:
+    """Return the places of shown() with copies in a folder of what other users cannot read.
+
+    Python's own prefix is never copied; folders that are ``avoided`` are empty there. Raise OSError.
+    """
+    found = []
+    for source, place in places:
+        if place not in (sys.prefix, sys.base_prefix) and unreadable(source, avoided):
+            _copy(source, folder + place, avoided)
+            for hidden in avoided:
+                if below(hidden, [place]):
+                    os.makedirs(folder + hidden, exist_ok=True)
+            source = folder + place
+        found.append((source, place))
+    _open(folder)
+    return found
+
+
 def temporary() -> Optional[str]:
     """Return a folder for temporary files that every user can access, or None; TMPDIR may be private."""
     return next((place for place in (tempfile.gettempdir(), *SHARED) if reachable(place, deep=False)), None)
@@ -143,25 +180,36 @@ def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iter
             continue
         moved.append(place)
         if place not in python:
-            target = folder + place
-            os.makedirs(os.path.dirname(target), exist_ok=True)
-            if os.path.isdir(source):
-                shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True, ignore=_no_files)
-            else:
-                shutil.copyfile(source, target)
-                shutil.copymode(source, target)
-    for parent, folders, names in os.walk(folder):
-        for name in (*folders, *names):
-            path = os.path.join(parent, name)
-            if not os.path.islink(path):
-                mode = os.stat(path).st_mode
-                os.chmod(path, mode | 0o444 | (0o111 if mode & 0o111 else 0))
+            _copy(source, folder + place)
+    _open(folder)
+
     def there(text: str) -> str:
         if below(text, [place for place in python if place in moved]):
             return os.path.realpath(text)
         return folder + text if os.path.exists(folder + text) and text.startswith(os.sep) else text
     return list(map(there, command)), {name: os.pathsep.join(map(there, value.split(os.pathsep)))
                                        for name, value in surroundings.items()}
+
+
+def _copy(source: str, target: str, avoided: Container[str] = ()) -> None:
+    def ignored(folder: str, names: List[str]) -> List[str]:
+        return [*_no_files(folder, names), *(name for name in names if os.path.join(folder, name) in avoided)]
+    os.makedirs(os.path.dirname(target), exist_ok=True)
+    if os.path.isdir(source):
+        shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True, ignore=ignored)
+    else:
+        shutil.copyfile(source, target)
+        shutil.copymode(source, target)
+
+
+def _open(folder: str) -> None:
+    """Let every user read what is in a folder."""
+    for parent, folders, names in os.walk(folder):
+        for name in (*folders, *names):
+            path = os.path.join(parent, name)
+            if not os.path.islink(path):
+                mode = os.stat(path).st_mode
+                os.chmod(path, mode | 0o444 | (0o111 if mode & 0o111 else 0))
 
 
 def _no_files(folder: str, names: List[str]) -> List[str]:

@@ -496,7 +496,7 @@ def _polygon(shape: str, sides: int, path: Sequence[Tuple[float, float]], observ
     if len(corners) == sides + 1 and _is_regular(corners[1:]) and math.dist(corners[0], corners[-1]) > STRAIGHT:
         (x, y), (first_x, first_y) = corners[:2]
         yield (f'the last side is missing: it started at ({x:.1f}, {y:.1f}), which is no corner, so that its way to '
-               f'the first corner is no side; let it go to the first corner, ({first_x:.1f}, {first_y:.1f}), again at '
+               f'the first corner is no side; let it go back to the first corner, ({first_x:.1f}, {first_y:.1f}), at '
                'the end')
     elif len(corners) > sides and _crosses(corners[-sides - 1:-1]):
         yield ('the corners are visited in the wrong order, so that the sides cross: go around, from neighbour to '

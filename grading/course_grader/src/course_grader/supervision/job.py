@@ -19,7 +19,8 @@ class Job(NamedTuple):
     packages, by default the package of its file; ``real_time``: always at the speed of the wall clock; ``mark``: the
     value by which all processes of the grading are found; ``isolation``: what the program may see and use;
     ``sourced``: packages that rosrun finds, too; ``limit`` [s] of wall time for the attempt; ``solution``: the path
-    [(x, y)] [m] of the exercise's solution from the same start.
+    [(x, y)] [m] of the exercise's solution from the same start; ``tried``: whether an earlier attempt has tried what
+    programs need of this machine.
     """
 
     exercise: Exercise
@@ -34,6 +35,7 @@ class Job(NamedTuple):
     sourced: Sourced = Sourced()
     limit: float = math.inf
     solution: Tuple[Tuple[float, float], ...] = ()
+    tried: bool = False
 
 
 class Attempted(NamedTuple):

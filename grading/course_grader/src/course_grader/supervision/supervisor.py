@@ -201,6 +201,7 @@ class Supervisor:
         self._kept = set(psutil.Process().children())
         self._stop = threading.Event()
         self._gate = _Gate()
+        self._tried = False  # see Job
         self._solving = threading.Lock()
         self._solutions: Dict[str, Path] = {}
 
@@ -294,7 +295,7 @@ class Supervisor:
         """Let a child grade once; return its result, or why there is none."""
         start = time.monotonic()
         limit = max(0.0, deadline - start)
-        job = job._replace(mark=uuid.uuid4().hex, limit=(1.0 - GRACE) * limit)
+        job = job._replace(mark=uuid.uuid4().hex, limit=(1.0 - GRACE) * limit, tried=self._tried)
         _remove(job.output, (RECORD, RECORD + ACTIVE))
         try:
             child, receiver = self._starter.start(job)
@@ -315,6 +316,7 @@ class Supervisor:
                         return undecided('the grader or the simulator was stopped', _started(job))
             got: Union[Attempted, OSError] = receiver.recv()
             done = True
+            self._tried = self._tried or isinstance(got, Attempted) and got.verdict.outcome in scoring.DECIDED
         except EOFError:
             return undecided(f'the grader ended without a result; see {LOG}', _started(job))
         finally:

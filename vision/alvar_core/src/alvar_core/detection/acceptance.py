@@ -113,7 +113,7 @@ class Appearance:
         for k, each in enumerate(members + strips):
             group[each] = k
         self.steps = native.steps.Appearance(
-            cells=cells, weight=aligner.fixed_weight.sum(), share=aligner.share, smooth=np.linalg.qr(smooth)[0],
+            cells=cells, weight=float(aligner.fixed_weight.sum()), share=aligner.share, smooth=np.linalg.qr(smooth)[0],
             data=data, group=group, is_data=np.pad(np.ones((resolution, resolution), bool), margin).ravel())
 
     def features(self, state: Alignment, noise: Floats) -> list[Features]:

@@ -264,7 +264,7 @@ class Detector:
         match = self._decoder.match(image.smooth, quads, self._ended)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
-        for m in np.setdiff1d(np.arange(len(quads)), near):
+        for m in np.setdiff1d(np.arange(len(quads)), near).tolist():
             self._end(quads[m], ('MIN_COARSE_FIT', float(match.fit[m]), thresholds.MIN_COARSE_FIT))
         rank = match.fit + thresholds.COARSE_SCORE_GAP_WEIGHT * match.score_gap
         distinct = candidates.distinct(quads, rank, near)

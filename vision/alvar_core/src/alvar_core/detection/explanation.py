@@ -195,7 +195,7 @@ class Explanation:
         for number, each in reversed(list(enumerate(self.candidates, 1))):
             cv2.polylines(picture, [each.corners.round().astype(np.int32)], True, each.colour,
                           3 if each.stage == FOUND else 2, cv2.LINE_AA)
-            left, bottom = each.corners[:, 0].min(), each.corners[:, 1].max()
+            left, bottom = float(each.corners[:, 0].min()), float(each.corners[:, 1].max())
             _write(picture, str(number), left, bottom + LINE - 4, each.colour)
         return picture
 

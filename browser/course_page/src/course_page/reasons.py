@@ -1,0 +1,40 @@
+"""Why a program has ended, in one line of its output."""
+import re
+
+CONTROL = re.compile(r'\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07')  # colours and the title of the terminal
+LONGEST = 400  # [characters] of the line
+# What roslaunch writes at the end, whatever the reason is
+CHATTER = re.compile(
+    r'\[[\w/.-]+\] (killing on exit|restarting process|escalating to)|(\.\.\. )?shutting down processing|done$|=+'
+    r'|REQUIRED process|process has (died|finished)|process\[|log file: |Initiating shutdown|\.\.\. logging to|started '
+    r'|auto-starting|setting /|ROS_MASTER_URI=|Press Ctrl-C|(Done c|C)hecking log|The traceback for the exception'
+    r'|SUMMARY$|PARAMETERS$|NODES$| \* |  /|    ')
+SERIOUS = re.compile(r'\[(ERROR|FATAL)\]|RLException|^\w*(Error|Exception)\b|\b[Ee]rror:|\bdoes not start\b|what\(\):'
+                     r'|[Cc]annot ')
+QUIET = re.compile(r'\[ *(INFO|DEBUG)\]')
+STAMP = re.compile(r'\[ *(ERROR|FATAL|WARN|INFO|DEBUG)\] \[[\d., ]+\]:? ?|(ERROR|RLException|usage|\w+\.py): ')
+DIED = re.compile(r'process has died \[pid \d+, exit code (-?\d+), cmd (\S+)')
+
+
+def plain(output):
+    """Return the lines of an output without colours."""
+    return CONTROL.sub('', output).strip().splitlines()
+
+
+def reason(output):
+    """Return the line that tells why a program has ended, or ''."""
+    lines = [line.rstrip() for line in plain(output)]
+    said = [line for line in lines if line and not CHATTER.match(line) and not QUIET.match(line)]
+    serious = [line for line in said if SERIOUS.search(line)]
+    if said:
+        return STAMP.sub('', (serious or said)[-1], count=1)[:LONGEST]
+    found = DIED.search('\n'.join(lines))
+    if found:
+        code, program = found.groups()
+        return f'{program.rpartition("/")[2]} has ended with the exit code {code}'
+    return ''
+
+
+def died(output):
+    """Return whether a roslaunch tells that one of its programs has died; its own exit code does not."""
+    return bool(DIED.search(CONTROL.sub('', output)))
