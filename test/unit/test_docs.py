@@ -29,11 +29,12 @@ OF_DEBIAN = {'cameracalibrator.py', 'dynparam', 'static_transform_publisher', 't
              'view_frames.py'}
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
-OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own')
+OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own|[Cc]opy\s[^.]*\bto\s+`(\w+\.py)`')
 OF_THE_READER = {'turtlebot3_world.launch', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
                  *(name for page in STEPS
-                   for pattern in (SAVED, GRADED, OWN) for name in pattern.findall(page.read_text(encoding='utf-8')))}
-FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
+                   for pattern in (SAVED, GRADED, OWN) for found in pattern.finditer(page.read_text(encoding='utf-8'))
+                   for name in found.groups())}
+FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|toml|yaml)$|[A-Z]\w*\.(msg|srv)$|/$')
 NUMBERED = list(REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*'))
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'), *NUMBERED)
          for path in folder.iterdir()}
@@ -104,8 +105,9 @@ def test_file_names_are_those_of_files(path):
 
 @each_page
 def test_nodes_and_launch_files_that_are_typed_exist(path):
-    typed = set(re.findall(r'(?<![A-Za-z] )ros(?:run|launch) (?:--\S+ )?\w+ ([\w.-]+)', text_of(path)))
-    assert typed - OF_THE_READER <= NODES | LAUNCH_FILES
+    code = '\n'.join(re.findall(r'^```.*?^```$|`[^`]+`', text_of(path), re.MULTILINE | re.DOTALL))
+    typed = set(re.findall(r'(?<![A-Za-z] )ros(?:run|launch) (?:--\S+ )?\w+ ([\w.-]+)', code))
+    assert {name for name in typed if not name.isupper()} - OF_THE_READER <= NODES | LAUNCH_FILES
 
 
 @pytest.mark.parametrize('path', [path for path in PAGES if path in STEPS
