@@ -29,7 +29,7 @@ OF_DEBIAN = {'cameracalibrator.py', 'dynparam', 'static_transform_publisher', 't
              'view_frames.py'}
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
 GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
-OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own|[Cc]opy\s[^.]*\bto\s+`(\w+\.py)`')
+OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own|[Cc]opy\s.{1,99}?\bto\s+`(\w+\.py)`', re.DOTALL)
 OF_THE_READER = {'turtlebot3_world.launch', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
                  *(name for page in STEPS
                    for pattern in (SAVED, GRADED, OWN) for found in pattern.finditer(page.read_text(encoding='utf-8'))
