@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: a stop at x = 2 and y = 8
+# expected: failed: required check failed: a stop at x = 2
 import math
 
 import rospy

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: still moving when the time was over
+# expected: failed: it only turned
 import math
 
 import rospy

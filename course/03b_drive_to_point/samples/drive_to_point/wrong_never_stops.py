@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: a stop at x = 2 and y = 8
+# expected: failed: still moving when the time was over
 import math
 
 import rospy

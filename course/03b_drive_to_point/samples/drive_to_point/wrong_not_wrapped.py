@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: still moving when the time was over
+# expected: failed: is too short
 import math
 
 import rospy
