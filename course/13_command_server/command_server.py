@@ -8,26 +8,25 @@ driving = False
 
 def start(request):
     global driving
+    # solution
     driving = True
     return TriggerResponse(True, 'The turtle drives')
+    # end of solution
 
 
-def main():
-    rospy.init_node('command_server')
-    publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
-    rospy.Service('/turtle_command', Trigger, start)
-    velocity = Twist()
-    velocity.linear.x = 0.5
-    velocity.angular.z = 0.2
-    rate = rospy.Rate(10)
-    while not rospy.is_shutdown():
-        if driving:
-            publisher.publish(velocity)
-        rate.sleep()
-
-
-if __name__ == '__main__':
+rospy.init_node('command_server')
+publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+rospy.Service('/turtle_command', Trigger, start)
+velocity = Twist()
+velocity.linear.x = 0.5
+velocity.angular.z = 0.2
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    # solution
+    if driving:
+        publisher.publish(velocity)
+    # end of solution
     try:
-        main()
+        rate.sleep()
     except rospy.ROSInterruptException:
-        pass
+        break

@@ -3,10 +3,15 @@ import rospy
 from std_srvs.srv import Empty
 
 rospy.init_node('background_by_parameters')
+red = rospy.get_param('~red', 255)
+green = rospy.get_param('~green', 255)
+blue = rospy.get_param('~blue', 0)
 rospy.wait_for_service('/clear')
-rospy.set_param('/turtlesim/background_r', 255)
-rospy.set_param('/turtlesim/background_g', 255)
-rospy.set_param('/turtlesim/background_b', 0)
+# solution
+rospy.set_param('/turtlesim/background_r', red)
+rospy.set_param('/turtlesim/background_g', green)
+rospy.set_param('/turtlesim/background_b', blue)
 clear = rospy.ServiceProxy('/clear', Empty)
 clear()
-rospy.loginfo('The background is yellow')
+# end of solution
+rospy.loginfo('The background is red %d, green %d, blue %d', red, green, blue)

@@ -7,6 +7,7 @@ from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, Fibonacc
 def execute(goal):
     sequence = [0, 1]
     rate = rospy.Rate(2)
+    # solution
     while len(sequence) <= goal.order:
         if server.is_preempt_requested():
             server.set_preempted(FibonacciResult(sequence))
@@ -15,6 +16,7 @@ def execute(goal):
         server.publish_feedback(FibonacciFeedback(sequence))
         rate.sleep()
     server.set_succeeded(FibonacciResult(sequence))
+    # end of solution
 
 
 rospy.init_node('fibonacci_server')

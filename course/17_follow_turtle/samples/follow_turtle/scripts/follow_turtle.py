@@ -1,1 +1,0 @@
-../../../follow_turtle.py

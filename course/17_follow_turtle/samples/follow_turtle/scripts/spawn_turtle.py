@@ -1,0 +1,1 @@
+../../../../12_spawn_turtle/spawn_turtle.py
