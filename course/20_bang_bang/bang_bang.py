@@ -6,10 +6,12 @@ from robotont_laserscan_to_distance.msg import LaserScanSplit
 
 def control(distances):
     velocity = Twist()
+    # solution
     if distances.center_min > 0.5:
         velocity.linear.x = 0.2
     else:
         velocity.linear.x = -0.2
+    # end of solution
     publisher.publish(velocity)
 
 

@@ -11,8 +11,10 @@ GAIN = 0.5  # [1/s]: m/s for each m of error
 
 def control(distances):
     velocity = Twist()
+    # solution
     if not math.isnan(distances.center_min):
         velocity.linear.x = GAIN * (distances.center_min - GOAL)
+    # end of solution
     publisher.publish(velocity)
 
 

@@ -8,8 +8,10 @@ GAIN = 1.0  # [1/s]: m/s to the side for each m of difference
 
 def control(distances):
     velocity = Twist()
+    # solution
     velocity.linear.x = 0.2
     velocity.linear.y = GAIN * (distances.left_min - distances.right_min)
+    # end of solution
     publisher.publish(velocity)
 
 

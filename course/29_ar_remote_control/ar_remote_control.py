@@ -10,11 +10,13 @@ TURN_SPEED = 1.5  # rad/s for each rad of roll
 
 def control(message):
     velocity = Twist()  # zero: the robot stands while no marker is seen
+    # solution
     if message.markers:
         q = message.markers[0].pose.pose.orientation
         roll, pitch, yaw = euler_from_quaternion([q.x, q.y, q.z, q.w])
         velocity.linear.x = SPEED * pitch
         velocity.angular.z = TURN_SPEED * roll
+    # end of solution
     publisher.publish(velocity)
 
 

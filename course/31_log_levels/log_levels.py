@@ -5,30 +5,28 @@ from turtlesim.msg import Pose
 
 
 def log(pose):
-    if pose.x < 6:
-        rospy.logdebug('x = %.2f m', pose.x)
-    elif pose.x < 8:
-        rospy.loginfo('x = %.2f m', pose.x)
-    elif pose.x < 10:
-        rospy.logwarn_throttle(0.5, 'x = %.2f m: the wall is near', pose.x)
+    x = pose.x
+    # solution
+    if x < 6:
+        rospy.logdebug('x = %.2f m', x)
+    elif x < 8:
+        rospy.loginfo('x = %.2f m', x)
+    elif x < 10:
+        rospy.logwarn_throttle(0.5, 'x = %.2f m: the wall is near', x)
     else:
-        rospy.logerr_throttle(0.5, 'x = %.2f m: stop!', pose.x)
+        rospy.logerr_throttle(0.5, 'x = %.2f m: stop!', x)
+    # end of solution
 
 
-def main():
-    rospy.init_node('log_levels', log_level=rospy.DEBUG)
-    publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
-    rospy.Subscriber('/turtle1/pose', Pose, log)
-    velocity = Twist()
-    velocity.linear.x = 1.0
-    rate = rospy.Rate(10)
-    while not rospy.is_shutdown():
-        publisher.publish(velocity)
-        rate.sleep()
-
-
-if __name__ == '__main__':
+rospy.init_node('log_levels', log_level=rospy.DEBUG)
+rospy.Subscriber('/turtle1/pose', Pose, log)
+publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+velocity = Twist()
+velocity.linear.x = 1.0
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    publisher.publish(velocity)
     try:
-        main()
+        rate.sleep()
     except rospy.ROSInterruptException:
-        pass
+        break
