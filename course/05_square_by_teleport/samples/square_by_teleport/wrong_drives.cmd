@@ -1,2 +1,2 @@
 # expected: failed: 0: none
-../square_by_topics/right_four_positions.py
+../../../04_square_by_topics/square_by_topics.py
