@@ -52,7 +52,7 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
 @pytest.mark.parametrize('arguments, said', [
     (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise'; give the path of an exercise file"),
     (['stop_at_x', '--format', 'classroom50', '--', 'a.py'], '--format classroom50 needs CLASSROOM, ASSIGNMENT'),
-    (['stop_at_y', '--', 'a.py'], 'robot_square, robot_triangle, robot_turning, '),
+    (['stop_at_y', '--', 'a.py'], 'robot_square, robot_circle, robot_triangle, '),
     (['stop_at_y', '--', 'a.py'], 'Did you mean stop_at_x?'),
     (['stop_at_x', 'a.py'], 'two dashes are missing between the exercise and the program; type:\n'
      '  ./run grade stop_at_x -- a.py'),

@@ -113,7 +113,8 @@ def test_right_programs_are_not_suspected(path):
 @pytest.mark.parametrize('text, advice', [
     ("if pose.x == 10:\n    pass\n", True), ("while x != goal.x:\n    pass\n", True),
     ("if pose.x >= 10:\n    pass\n", False), ("if pose is None or x == None:\n    pass\n", False),
-    ("if name == 'x':\n    pass\n", False)])
+    ("if name == 'x':\n    pass\n", False), ("if pose.x != last.x:\n    print(pose)\nlast = pose\n", False),
+    ("if pose.x != goal.x:\n    pass\nlast = pose\n", True)])
 def test_exact_comparisons(text, advice):
     assert bool(suspicions.compares_exactly(source_mistakes.program(text))) == advice
 

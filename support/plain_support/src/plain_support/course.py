@@ -56,7 +56,7 @@ class Step(NamedTuple):
 
 def installed() -> pathlib.Path:
     """Return the folder of the course: that of the package turtle_robotont. Raise rospkg.ResourceNotFound."""
-    import rospkg  # pip installs this package without it
+    import rospkg  # type: ignore[import-untyped]  # pip installs this package without it
     return pathlib.Path(rospkg.RosPack().get_path('turtle_robotont'), 'course')
 
 
@@ -67,10 +67,9 @@ def steps(course: pathlib.Path) -> List[Step]:
         match = FOLDER.fullmatch(folder.name)
         if match and (folder / STEP_FILE).is_file():
             says: Dict[str, Any] = documents.read_yaml(folder / STEP_FILE)
-            lists = {key: tuple(says.pop(key, ())) for key in ('new', 'panels')}
-            demo = tuple(Demo(**one) for one in says.pop('demo', ()))
-            number = f'{int(match.group(1))}{match.group(2)}'
-            found.append(Step(number=number, folder=folder, demo=demo, **lists, **says))
+            new, panels, demo = (says.pop(key, ()) for key in ('new', 'panels', 'demo'))
+            found.append(Step(f'{int(match.group(1))}{match.group(2)}', folder, new=tuple(new), panels=tuple(panels),
+                              demo=tuple(Demo(**one) for one in demo), **says))
     return found
 
 

@@ -310,7 +310,7 @@ def same_part_twice(one: Program, _observed: Observed) -> Iterator[str]:
         if isinstance(node, ast.Tuple) and len(node.elts) > 1:
             parts = [{dotted(part) for part in ast.walk(element) if isinstance(part, ast.Attribute)
                       and part.attr in ('x', 'y')} for element in node.elts[:2]]
-            for name in sorted(parts[0] - {''}) if parts[0] == parts[1] else ():
+            for name in sorted(parts[0] - {''}) if parts[0] == parts[1] and len(parts[0]) == 1 else ():
                 other = name[:-1] + {'x': 'y', 'y': 'x'}[name[-1]]
                 yield f'line {node.lineno} uses {name} twice, and {other} not at all'
 
@@ -368,7 +368,12 @@ def _of_positions(one: Program, observed: Observed) -> Iterator[str]:
 
 
 def compares_exactly(one: Program) -> Optional[int]:
-    """Return the line in which a coordinate is compared by ``==`` or ``!=``, or None."""
+    """Return the line in which a coordinate is compared by ``==`` or ``!=``, or None.
+
+    ``pose.x != last.x`` is right where ``last = pose`` keeps an earlier message: nothing has changed in between.
+    """
+    kept = {frozenset((target.id, node.value.id)) for node in one.nodes if isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Name) for target in node.targets if isinstance(target, ast.Name)}
     values = {target.id for node in one.nodes if isinstance(node, ast.Assign) and last(node.value) in POSITIONS
               for target in node.targets if isinstance(target, ast.Name)}
     for node in one.nodes:
@@ -377,7 +382,9 @@ def compares_exactly(one: Program) -> Optional[int]:
             known = [side for side in sides.values() if isinstance(side, ast.Constant)
                      and not isinstance(side.value, (int, float))]
             inner = [last(part) for side in sides.values() for part in ast.walk(side)]
-            if not known and any(name in (*POSITIONS, *values) for name in inner):
+            owners = frozenset(side.value.id for side in sides.values()
+                               if isinstance(side, ast.Attribute) and isinstance(side.value, ast.Name))
+            if not known and owners not in kept and any(name in (*POSITIONS, *values) for name in inner):
                 return node.lineno
     return None
 
