@@ -15,6 +15,13 @@ sys.path += folders
 if 'ROS_PACKAGE_PATH' not in os.environ:  # programs that tests start find them, too
     os.environ['PYTHONPATH'] = os.pathsep.join(folders)
 
+# What a test asks on this machine does not go through a proxy; what it starts can be interrupted also if the tests run
+# in the background, where a shell has SIGINT ignored.
+for variable in ('no_proxy', 'NO_PROXY'):
+    os.environ[variable] = ','.join(filter(None, ('localhost,127.0.0.1', os.environ.get(variable))))
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 try:
     import hypothesis
 except ImportError:

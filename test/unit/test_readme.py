@@ -23,7 +23,7 @@ LAUNCH_PAGE = (REPOSITORY / 'docs' / 'nodes.md').read_text(encoding='utf-8')
 PROGRAMS_PAGE = (REPOSITORY / 'docs' / 'programs.md').read_text(encoding='utf-8')  # README.md links it
 BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
-OF_RUN = 'demo', 'demo.py', 'grade', 'grade.py', 'index_bag', 'terminal'  # ./run and the panel Start
+OF_RUN = 'demo', 'demo.py', 'grade', 'grade.py', 'index_bag', 'terminal'  # of ./run, and of the panel Start
 TYPED_OTHERWISE = 'browser', 'marker_sequence'  # described under the names that are typed, as programs of the root
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name not in (*OF_RUN, *TYPED_OTHERWISE))

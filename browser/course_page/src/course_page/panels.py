@@ -142,8 +142,9 @@ def name_is_taken():
 
 def _status(port):
     """Return what the server at a port of this machine says; {} if there is none, or another program."""
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # http_proxy is not for this machine
     try:
-        with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER_TIMEOUT) as answer:
+        with opener.open(f'http://localhost:{int(port)}/status', timeout=ANSWER_TIMEOUT) as answer:
             status = json.load(answer)
     except (OSError, ValueError, TypeError):
         return {}

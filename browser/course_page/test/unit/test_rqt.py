@@ -2,8 +2,10 @@
 
 A page that shows the same master is found, however its address is spelled, and its node is never ended.
 """
+import http.server
 import pathlib
 import sys
+import threading
 
 import pytest
 
@@ -21,8 +23,9 @@ def test_every_folder_has_its_panel():
 def test_folders_differ_in_names_only(folder):
     program = (BROWSER / 'rqt_gui' / 'scripts' / 'rqt').read_text()
     names = ['rqt', 'rqt_gui'] if folder.name == 'rqt_gui' else [folder.name]
-    assert sorted(path.name for path in (folder / 'scripts').iterdir()) == names
-    assert {path.read_text() for path in (folder / 'scripts').iterdir()} == {program}
+    scripts = sorted(path for path in (folder / 'scripts').iterdir() if path.name != '__pycache__')
+    assert [path.name for path in scripts] == names
+    assert {path.read_text() for path in scripts} == {program}
     assert (folder / 'setup.py').samefile(BROWSER / 'rqt_gui' / 'setup.py')
     if folder.name != 'rqt_gui':
         assert (folder / 'CMakeLists.txt').read_text() == \
@@ -106,3 +109,26 @@ def test_the_master_is_asked_for_the_servers(monkeypatch):
     assert panels.name_is_taken()
     del known['/browser']
     assert not panels.name_is_taken()
+
+
+class Status(http.server.BaseHTTPRequestHandler):
+    """Answers as the server of the page."""
+
+    def do_GET(self):
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b'{"master": "here"}')
+
+    def log_message(self, *_):
+        """Say nothing."""
+
+
+@pytest.mark.parametrize('variable', ['http_proxy', 'HTTP_PROXY', 'all_proxy'])
+def test_a_proxy_is_not_asked_for_a_page_on_this_machine(monkeypatch, variable):
+    monkeypatch.setenv(variable, 'http://127.0.0.1:9')
+    for name in ('no_proxy', 'NO_PROXY'):
+        monkeypatch.delenv(name, raising=False)
+    with http.server.HTTPServer(('127.0.0.1', 0), Status) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        assert panels._status(server.server_port) == {'master': 'here'}
+        server.shutdown()

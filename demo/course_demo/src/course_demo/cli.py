@@ -157,7 +157,8 @@ def _main(out):
     if not chosen:
         parser.error('no step has such a number, nor such a word in its title; the steps are: '
                      + ', '.join(f'{step.number} {step.title}' for step in known))
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):  # in the background, programs would inherit an ignored SIGINT
+        signal.signal(number, signal.default_int_handler)
     report, began, output = Report(out), time.monotonic(), os.path.abspath(arguments.output)
     report.line('The course without a display: the nodes of this package do every step, and the demo measures what\n'
                 'the turtle or the robot does.')

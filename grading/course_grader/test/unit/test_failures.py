@@ -132,7 +132,10 @@ MESSAGES = [  # program, its file, advice, {version of Python from which on it s
                  'to a circular import)',
         (3, 13): "AttributeError: module 'random' has no attribute 'uniform' (consider renaming '{file}' since it has "
                  "the same name as the standard library module named 'random' and the import system gives it "
-                 'precedence)'}),
+                 'precedence)',
+        (3, 14): "AttributeError: module 'random' has no attribute 'uniform' (consider renaming '{file}' since it has "
+                 "the same name as the standard library module named 'random' and prevents importing that standard "
+                 'library module)'}),
     ('from random import uniform\n', 'random.py', 'file random.py another name', {
         (3, 11): "ImportError: cannot import name 'uniform' from partially initialized module 'random' (most likely "
                  'due to a circular import) ({file})',

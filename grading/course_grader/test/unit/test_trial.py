@@ -66,7 +66,9 @@ def test_small_limits_of_a_program_are_no_lack_of_the_machine():
 def test_what_others_cannot_read_is_named(tmp_path):
     for folder in ('open', 'open/in', 'closed'):
         (tmp_path / folder).mkdir()
+        (tmp_path / folder).chmod(0o755)
     (tmp_path / 'open' / 'in' / 'a.py').write_text('')
+    (tmp_path / 'open' / 'in' / 'a.py').chmod(0o644)
     assert view.unreadable(str(tmp_path / 'open')) == ''
     (tmp_path / 'open' / 'in' / 'a.py').chmod(0o600)
     assert view.unreadable(str(tmp_path / 'open')) == str(tmp_path / 'open' / 'in' / 'a.py')
@@ -76,13 +78,23 @@ def test_what_others_cannot_read_is_named(tmp_path):
     assert said.endswith(f'{tmp_path / "closed"} cannot be read by others; type: chmod -R go+rX {tmp_path / "closed"}')
     assert './run doctor' in trial.cause('import a: ImportError', None, [])
     (tmp_path / 'closed' / 'ws').mkdir()
+    (tmp_path / 'closed' / 'ws').chmod(0o755)
     said = trial.cause('import a: ImportError', 60710, [(str(tmp_path / 'closed' / 'ws'), '/ws')])
     assert 'TURTLE_ROBOTONT_WS' in said
 
 
+@pytest.fixture
+def umask_after():
+    before = os.umask(0)
+    yield
+    os.umask(before)
+
+
 @ROOT
 @pytest.mark.parametrize('level', [levels.NAMESPACE, levels.UID])
-def test_what_only_root_can_read_runs_as_another_user(tmp_path, level):
+@pytest.mark.parametrize('umask', [0o022, 0o077])
+@pytest.mark.usefixtures('umask_after')
+def test_what_only_root_can_read_runs_as_another_user(tmp_path, level, umask):
     """A program that root had unpacked with a umask of 077 could not be read, which counted as its own failure."""
     if getattr(levels.machine(), level):
         pytest.skip(f'the level {level} is not possible here')
@@ -94,6 +106,7 @@ def test_what_only_root_can_read_runs_as_another_user(tmp_path, level):
         path.chmod(0o600)
     own.chmod(0o700)
     isolation = Isolation(level, limits.Limits(), (str(own),))
+    os.umask(umask)
     with sandbox.Sandbox(str(own / 'out'), os.environ, '', isolation, [str(own / 'out')]) as box:
         student = sandbox.Student(box, [sys.executable, str(own / 'program.py')], lambda: 0.0)
         until(lambda: student.exit_code() is not None)

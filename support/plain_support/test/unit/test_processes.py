@@ -78,7 +78,7 @@ def test_output_and_end_of_a_background_process(start):
 def test_stages_of_stop(start, code, ended_by):
     process = start(code)
     first_line(process)
-    process.stop(QUICK)
+    process.stop([(number, SOON if number == ended_by else patience) for number, patience in QUICK])
     assert process.process.returncode in (-ended_by, 1)  # 1: KeyboardInterrupt
     assert (process.process.returncode == 1) <= (ended_by == signal.SIGINT)
 

@@ -203,10 +203,9 @@ def _copy(source: str, target: str, avoided: Container[str] = ()) -> None:
 
 
 def _open(folder: str) -> None:
-    """Let every user read what is in a folder."""
-    for parent, folders, names in os.walk(folder):
-        for name in (*folders, *names):
-            path = os.path.join(parent, name)
+    """Let every user read a folder and what is in it."""
+    for parent, _, names in os.walk(folder):
+        for path in (parent, *(os.path.join(parent, name) for name in names)):
             if not os.path.islink(path):
                 mode = os.stat(path).st_mode
                 os.chmod(path, mode | 0o444 | (0o111 if mode & 0o111 else 0))

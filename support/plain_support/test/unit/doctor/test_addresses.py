@@ -44,7 +44,16 @@ def test_master_address_is_read(uri, place):
     assert (found and (found.host, found.port)) == place
 
 
-@pytest.mark.parametrize('host, here', [('localhost', True), ('127.0.0.1', True), (socket.gethostname(), True),
-                                        (NO_ADDRESS, False), ('x' * 70, False), ('', False)])
+def own_name_is_known():
+    """Return whether this machine finds an address for its own name; some do not."""
+    try:
+        return bool(socket.getaddrinfo(socket.gethostname(), None))
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize('host, here', [
+    ('localhost', True), ('127.0.0.1', True), (socket.gethostname(), own_name_is_known()), (NO_ADDRESS, False),
+    ('x' * 70, False), ('', False)])
 def test_a_machine_knows_its_addresses(host, here):
     assert addresses.is_here(host) is here
