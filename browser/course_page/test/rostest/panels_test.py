@@ -467,7 +467,7 @@ class PanelsTest(SimulatorCase):
         self.until_text('rostopic echo -n 1 /scan_to_distance')
         self.browser.find('[aria-label="Step 20 is done"]')[0].click()
         self.open('course')
-        self.until_text('1 of ')
+        self.until_text('steps done')
         self.assertTrue(self.browser.find('[aria-label="Step 20 is done"]')[0].is_selected())
         self.assertFalse(self.browser.find('[aria-label="Step 9 is done"]')[0].is_selected())
 
