@@ -59,6 +59,20 @@ def test_a_program_sees_the_repair_of_rospy(tmp_path):
     assert f'{tmp_path}/python_path' in [place for _, place in view.shown({'PYTHONPATH': path}, [])]
 
 
+@pytest.mark.parametrize('copied', [
+    lambda own, folder: view.readable([(own, own)], folder, []),
+    lambda own, folder: view.staged(['python3'], {}, [(own, own)], folder)])
+def test_files_are_copied_for_each_run(tmp_path, copied):
+    """A link in the folder of the program, such as ~/.ros/log/latest, ended the second one."""
+    own, folder = tmp_path / 'anna', str(tmp_path / 'files')
+    write(own / 'notes.txt', mode=0o600)
+    os.symlink(own / 'log', own / 'latest')
+    copied(str(own), folder)
+    write(own / 'more.txt')
+    copied(str(own), folder)
+    assert sorted(os.listdir(f'{folder}{own}')) == ['latest', 'more.txt', 'notes.txt']
+
+
 @pytest.mark.parametrize('mode, staged', [(0o644, False), (0o600, True)])
 def test_another_user_gets_copies_of_what_only_the_teacher_can_read(tmp_path, monkeypatch, mode, staged):
     program = write(tmp_path / 'anna' / 'a.py', 'x', mode)

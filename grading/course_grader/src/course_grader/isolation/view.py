@@ -196,7 +196,8 @@ def _copy(source: str, target: str, avoided: Container[str] = ()) -> None:
         return [*_no_files(folder, names), *(name for name in names if os.path.join(folder, name) in avoided)]
     os.makedirs(os.path.dirname(target), exist_ok=True)
     if os.path.isdir(source):
-        shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True, ignore=ignored)
+        shutil.rmtree(target, ignore_errors=True)  # of an earlier run; links in it could not be written again
+        shutil.copytree(source, target, symlinks=True, ignore=ignored)
     else:
         shutil.copyfile(source, target)
         shutil.copymode(source, target)
