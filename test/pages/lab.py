@@ -77,13 +77,13 @@ SHOWS_IMAGE = 'document.querySelector("%s img")?.naturalWidth > 0'
 SHOWS_TEXT = 'document.querySelector("main").innerText.includes("%s")'
 SHOWS_NODES = '''(() => {
     const drawn = [...document.querySelectorAll(".graph title")].map((one) => one.textContent);
-    return ["/velocity_publisher", "/turtlesim", "/turtle1/cmd_vel"].every((name) => drawn.includes(name));
+    return ["/publish_circle", "/turtlesim", "/turtle1/cmd_vel"].every((name) => drawn.includes(name));
 })()'''
 SHOWS_PLACE = 'document.querySelector(".map canvas") && parseFloat(document.querySelector(".pose dd").textContent) > -2'
 PANELS = (  # a part of a command that runs; the panel instead of a window, and what must then be seen there
     ('turtlesim turtlesim_node', 'turtle', SHOWS_TEXT % '5.54'),
-    ('topic_demo velocity_publisher.py', 'graph', SHOWS_NODES),                  # rqt_graph
-    ('topic_demo pose_subscriber.py', 'console', SHOWS_TEXT % 'x: 7.5'),       # rqt_console
+    ('topic_demo publish_circle.py', 'graph', SHOWS_NODES),                      # rqt_graph
+    ('topic_demo print_poses.py', 'console', SHOWS_TEXT % 'x: 7.5'),           # rqt_console
     ('camera_ar_track.launch', 'image', SHOWS_IMAGE % '.image-box'),             # rqt_image_view
     ('topic_demo robot_forward.py', 'robot', SHOWS_PLACE),                       # Gazebo
     ('world_minimaze_ar.launch', 'robot', SHOWS_IMAGE % '.camera'))              # rviz: what the tracker finds
