@@ -151,13 +151,6 @@ def test_every_finding_of_the_doctor_has_its_row():
         function, '__annotations__', {}).get('return') is findings.Finding)
 
 
-def test_every_exercise_is_described():
-    text = text_of(REPOSITORY / 'docs' / 'grading.md')
-    table = re.search(r'^## The exercises\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
-    first_cells = re.findall(r'^\|([^|]*)\|', table, re.MULTILINE)
-    assert set(re.findall(r'`(\w+)`', ' '.join(first_cells))) == set(EXERCISES)
-
-
 def test_worlds_of_the_course_are_those_of_exercises():
     worlds = [world for page in STEPS
               for world in re.findall(r'^```yaml\n(.*?)^```$', text_of(page), re.MULTILINE | re.DOTALL)]
