@@ -27,7 +27,6 @@ COPIED = (  # files, and folders with all that is in them
     'course', 'docs/browser.md', 'docs/exercise_files.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
-SOLVES = 'navigation/robotont_navigation/scripts/patrol.py',  # of packages that are copied
 LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\
@@ -91,13 +90,9 @@ def _fill(target):
     (target / 'README.md').write_text(README, encoding='utf-8')
     (target / MARK).write_text('This is a copy of turtle_robotont without the solutions of its exercises, made by '
                                './run link --without-solutions.\n', encoding='utf-8')
-    for name in SOLVES:
-        (target / name).unlink()
-    for folder in (target, *((target / name).parents[1] for name in SOLVES)):
-        build = folder / 'CMakeLists.txt'
-        there = {path.name for path in folder.glob('scripts/*.py')}
-        build.write_text(PROGRAM.sub(lambda match, there=there: match[0] if match[1] in there else '',
-                                     build.read_text(encoding='utf-8')), encoding='utf-8')
+    build, there = target / 'CMakeLists.txt', {path.name for path in target.glob('scripts/*.py')}
+    build.write_text(PROGRAM.sub(lambda match: match[0] if match[1] in there else '',
+                                 build.read_text(encoding='utf-8')), encoding='utf-8')
     for step in course.steps(REPOSITORY / 'course'):
         _take_solutions_out(step.folder, target / 'course' / step.folder.name)
     for page in target.rglob('*.md'):

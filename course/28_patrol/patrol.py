@@ -18,6 +18,7 @@ for x, y, degrees in POSES:
     goal.target_pose.pose.position.y = y
     goal.target_pose.pose.orientation.z = math.sin(math.radians(degrees) / 2)
     goal.target_pose.pose.orientation.w = math.cos(math.radians(degrees) / 2)
+    # solution
     client.send_goal(goal)
     client.wait_for_result()
     if client.get_state() != GoalStatus.SUCCEEDED:
@@ -25,3 +26,4 @@ for x, y, degrees in POSES:
         break
     rospy.loginfo('Reached x = %.1f, y = %.1f', x, y)
     rospy.sleep(5.0)
+    # end of solution
