@@ -8,23 +8,22 @@ def greet(request):
     return GreetResponse('Hello, ' + request.name + '!')
 
 
-def main():
-    rospy.init_node('person')
-    publisher = rospy.Publisher('/person', Person, queue_size=10)
-    rospy.Service('/greet', Greet, greet)
-    person = Person()
-    person.name = 'Mari'
-    person.age = 21
-    person.height = 1.68
-    rate = rospy.Rate(2)
-    while not rospy.is_shutdown():
-        publisher.publish(person)
-        rospy.loginfo('Published %s, %d years', person.name, person.age)
-        rate.sleep()
-
-
-if __name__ == '__main__':
+rospy.init_node('person')
+publisher = rospy.Publisher('/person', Person, queue_size=10)
+# solution
+rospy.Service('/greet', Greet, greet)
+person = Person()
+person.name = 'Mari'
+person.age = 21
+person.height = 1.68
+# end of solution
+rate = rospy.Rate(2)
+while not rospy.is_shutdown():
+    # solution
+    publisher.publish(person)
+    rospy.loginfo('Published %s, %d years', person.name, person.age)
+    # end of solution
     try:
-        main()
+        rate.sleep()
     except rospy.ROSInterruptException:
-        pass
+        break
