@@ -5,7 +5,7 @@ import re
 from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
-NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence',
+NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'index_bag', 'marker_sequence',
              'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
              'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_reconfigure', 'rqt_tf_tree',
              'rqt_topic', 'terminal', 'xacro',
