@@ -93,7 +93,7 @@ class CourseCase(SimulatorCase):
 
         ``ended`` is the number of poses there were when the node ended.
         """
-        until(lambda: commands.messages[-1] == STOP, f'a last Twist of zeros; it is {commands.messages[-1]}')
+        until(lambda: commands.messages[-1:] == [STOP], lambda: f'a last Twist of zeros, not {commands.messages[-1:]}')
         rest = poses.index(stands, 'a turtle that stands', start=ended)
         self.assertLess(rest - ended, BRAKING, 'it stopped only when the simulator did that')
 
