@@ -1,6 +1,7 @@
 """The course: each step is one folder, its page has the parts of every page, and prints the programs in the folder."""
 import ast
 import itertools
+import os
 import pathlib
 import re
 
@@ -91,6 +92,12 @@ def test_a_program_is_what_a_student_types(step):
 def test_programs_in_the_folder_are_printed(step):
     files = {path.name for kind in ('*.py', '*.launch') for path in step.folder.glob(kind)}
     assert files == {path for path in programs_of(step) if '/' not in path}
+
+
+def test_rosrun_finds_each_program_of_the_package_once():
+    """It looks for executable files in all folders of a package, and asks which one is meant."""
+    scripts = {path.name for path in (REPOSITORY / 'scripts').iterdir()}
+    assert not [path for path in COURSE.rglob('*') if path.name in scripts and os.access(path, os.X_OK)]
 
 
 @each_program
