@@ -41,8 +41,7 @@ FRAME = 120  # [ms] that a frame of the moving picture is shown
 STILL = 1200  # [ms] of the last one of a scene
 QUALITY = 70  # of WebP
 SQUARE = [(-2.5, -0.5), (-1.0, 0.9)]  # [m] the part of the maze in which the robot drives its square
-FROM_DEMO = {'17_follow_turtle/follower': 'follower', '15_launch_two_turtles/launch_two_turtles': 'launch_file',
-             '22_between_posts/between_posts': 'between_posts',
+FROM_DEMO = {'22_between_posts/between_posts': 'between_posts',
              '24_keep_centre/follow_marker': 'follow_a_marker'}  # {picture: its name in the demo}
 
 
