@@ -250,12 +250,12 @@ class RosbridgeTest(SimulatorCase):
         for headers in ({'Origin': 'http://evil.example'}, {'Origin': 'null'}, {'Host': 'evil.example'}):
             with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '403'):
                 self.client(**headers)
-            status, text = self.page('/4_square.png', **headers)
+            status, text = self.page('/browser.png', **headers)
             self.assertEqual(403, status)
             self.assertRegex(text.decode(), 'start the server with|is not a name of this server')
         for origin in ('file://', 'http://localhost:8000', f'http://localhost:{self.port}'):
             self.assertTrue(self.client(Origin=origin).call('/rosapi/get_time')['result'])
-        self.assertEqual((200, b'\x89PNG'), (lambda page: (page[0], page[1][:4]))(self.page('/4_square.png')))
+        self.assertEqual((200, b'\x89PNG'), (lambda page: (page[0], page[1][:4]))(self.page('/browser.png')))
 
 
 if __name__ == '__main__':

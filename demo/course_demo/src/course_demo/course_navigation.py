@@ -84,4 +84,4 @@ def _picture(grid):
                         cv2.COLOR_GRAY2BGR)
 
 
-PLAYS = map_and_goals
+PLAYS = (map_and_goals,)
