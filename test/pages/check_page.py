@@ -36,6 +36,7 @@ LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot') 
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
 TROUBLE = re.compile(r'^Traceback \(most|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
                      re.MULTILINE)
+READY = {'roscore': 'started core service', 'rosrun turtlesim turtlesim_node': 'Spawning turtle'}  # on a loaded machine
 SILENCE = 200.0  # [s] without a new line, on a loaded machine, after which the output of a program is complete
 PRINTING = 600.0  # [s] after which a program that prints forever has printed enough
 LOOKING = 60.0  # [s] for repeated commands to print the lines on the page
@@ -121,8 +122,16 @@ class Reader:
         terminal = self._terminal(number)
         if self._last not in (None, number):
             self.terminals[self._last].wait_started()
+            self._wait_ready(self._last)
         self._last = number
         return terminal
+
+    def _wait_ready(self, number):
+        """Wait until the command in a terminal prints that others can use it, as a reader sees before typing on."""
+        ready = next((line for start, line in READY.items() if self._commands.get(number, '').startswith(start)), '')
+        end, terminal = time.monotonic() + LOOKING, self.terminals[number]
+        while not terminal.free() and ready not in terminal.transcript and time.monotonic() < end:
+            time.sleep(POLL)
 
     def _type(self, command):
         runs = self._commands.get(command.terminal) == command.text and not self.terminals[command.terminal].free()
@@ -233,6 +242,12 @@ def prepare(before, home, desk):
 
 def follow(paths, workspace, folder, in_browser):
     """Follow pages; return the differences from them."""
+    return act([(path.parent, action) for path in paths for action in page.actions(path.read_text(encoding='utf-8'))],
+               pages_before(paths[0]), workspace, folder, in_browser)
+
+
+def act(actions, before, workspace, folder, in_browser=False):
+    """Do ``actions``, (folder of the page, action), after the steps in the folders ``before``; return what is wrong."""
     home = Path(tempfile.mkdtemp(prefix='page_'))
     environment = {'LANG': 'C.UTF-8', **{name: os.environ[name] for name in KEPT if name in os.environ},
                    'HOME': str(home), 'TURTLE_ROBOTONT_WS': str(workspace)}
@@ -241,17 +256,15 @@ def follow(paths, workspace, folder, in_browser):
         desk = Lab(REPOSITORY, home, environment, folder)
     else:
         desk = Desk(environment)
-    actions = [(path, action) for path in paths for action in page.actions(path.read_text(encoding='utf-8'))]
     shown = {_without_numbers(line) for _, action in actions if isinstance(action, page.Output)
              for line in action.lines}
     reader, wrong, action = Reader(home, desk, shown), [], 'the start'
     try:
-        before = pages_before(paths[0])
         if len(before) > 1:
             prepare(before, home, desk)
-        for path, action in actions:
+        for place, action in actions:
             print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
-            reader.folder = path.parent
+            reader.folder = place
             reader.do(action)
         wrong += [f'the page of the browser was not looked at: {what}' for what in desk.unseen()]
     except (WrongError, TerminalError) as error:

@@ -80,7 +80,7 @@ def test_selection(options, names):
 
 def test_all_of_a_release_is_more():
     pages = collected('--all', 'test/cases/test_page.py')
-    assert len(pages) == 5 == len(collected('-m', 'release', 'test/cases/test_page.py'))
+    assert len(pages) > 35 and pages == collected('-m', 'release', 'test/cases/test_page.py')
 
 
 def test_a_change_runs_some_of_the_cases():

@@ -19,8 +19,14 @@ rate = rospy.Rate(1)
 while not rospy.is_shutdown():
     velocity_pub.publish(velocity)
     rospy.loginfo(velocity)
-    rate.sleep()
+    try:
+        rate.sleep()
+    except rospy.ROSInterruptException:
+        break
 '''
+PRINT_X = "rospy.loginfo('x of marker %d: %.3f m', marker.id, marker.pose.pose.position.x)"
+COMMAND = re.compile(r'(?:.*:(?P<folder>~\S*))?\$ (?P<typed>\w[^#\n]*?) *(?:#.*)?')  # behind a prompt
+BARE_COMMAND = re.compile(r' *(?P<typed>ros(?:core|run|launch|topic)(?: .*)?)')  # of a text without prompts
 QUOTES = str.maketrans({'\u2018': "'", '\u2019': "'", '\u201c': '"', '\u201d': '"'})
 
 
@@ -45,11 +51,30 @@ def function(course, name):
     return indented(lines[start:end + 1])
 
 
-def commands(course, program):
-    """Return (command, lines printed below it) of each command line of a program that can be typed unchanged."""
+def commands(course, program=''):
+    """Return (command, lines printed below it) of each command line, in the order of the text.
+
+    Those that cannot be typed unchanged, with [names] to be filled in, are left out, and those of other programs.
+    """
     lines = course.splitlines()
-    return [(line[2:], lines[number + 1:]) for number, line in enumerate(lines)
-            if line.startswith(f'$ {program} ') and '[' not in line]
+    found = [[(match, number) for number, match in enumerate(map(form.fullmatch, lines)) if match]
+             for form in (COMMAND, BARE_COMMAND)]
+    return [(match['typed'], lines[number + 1:]) for match, number in found[0] or found[1]
+            if match['typed'].split()[0].startswith(program) and '[' not in match['typed']]
+
+
+def folder(course):
+    """Return the folder that stands in the prompts of a text."""
+    return next(match['folder'] for match in map(COMMAND.fullmatch, course.splitlines()) if match and match['folder'])
+
+
+def output(course, *beginnings):
+    """Return the lines that a text shows of a terminal and that begin so; `...` stands for the author's home folder.
+
+    Two of them may stand in one line of the text.
+    """
+    lines = re.sub(r' (?=\[rosrun\]|Created file)', '\n', course).splitlines()
+    return [re.sub(r'/home/\w+', '...', line) for line in lines if line.startswith(beginnings)]
 
 
 def snippets(course, *beginnings):
@@ -61,15 +86,33 @@ def snippets(course, *beginnings):
 def endless():
     """Return {name: source} of the programs of all texts that run until they are ended.
 
-    The last one is put together of a page's pieces; its loop is said in words only: a Twist that goes forward,
-    published and printed once a second. The service is printed without the rospy.spin() that it needs.
+    The service is printed without the rospy.spin() that it needs.
     """
     (publisher, subscriber), (both, service) = programs(text(0)), programs(text(1))
-    pieces = snippets(text(2), 'import Twist', 'import AlvarMarkers', 'def ar_message_handler', 'init_node',
-                      'rospy.Publisher')
-    robot = '\n'.join(['#!/usr/bin/env python', 'import rospy', *pieces, ROBOT_LOOP])
-    return {'publisher': publisher, 'pose_subscriber': subscriber, 'pub': both, 'service': f'{service}rospy.spin()\n',
-            'ar_control_node': robot}
+    return {'publisher': publisher, 'pose_subscriber': subscriber, 'pub': both, 'service': with_spin(service),
+            'ar_control_node': ar_control_node()}
+
+
+def with_spin(program):
+    """Return a program that does not end before Ctrl-C."""
+    return f'{program}rospy.spin()\n'
+
+
+def ar_control_node(markers=True, turn=0.0, print_x=False):
+    """Return the program that is put together of the pieces of text 2: a publisher, and a subscriber of ``markers``.
+
+    Its loop is said in words only: a Twist that goes forward, published and printed once a second; so are the turning
+    component, and the x component of a marker's position.
+    """
+    twist, alvar, handler, init, publisher = snippets(text(2), 'import Twist', 'import AlvarMarkers',
+                                                      'def ar_message_handler', 'init_node', 'rospy.Publisher')
+    if print_x:
+        handler = re.sub(r'(?m)^( *)(.*marker\.id.*)$', fr'\1\2\n\1{PRINT_X}', handler)
+    if not markers:
+        init = re.sub('(?m)^.*(ar_message_handler|ubscri).*$', '', init).strip()
+    loop = ROBOT_LOOP.replace('rate =', f'velocity.angular.z = {turn}\nrate =')
+    return '\n'.join(['#!/usr/bin/env python', 'import rospy', twist, *([alvar, handler] if markers else []), init,
+                      publisher, loop])
 
 
 def without_slides(lines):
