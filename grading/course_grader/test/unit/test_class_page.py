@@ -180,7 +180,7 @@ def test_the_page_of_a_student_names_no_other(folder, tmp_path):
 
 
 def test_templates_are_installed(tmp_path):
-    package = STOP.parents[1]
+    package = course_files.REPOSITORY / 'grading' / 'course_grader'
     subprocess.run([sys.executable, 'setup.py', '-q', 'build', '--build-base', tmp_path], cwd=package, check=True)
     assert {path.name for path in (tmp_path / 'lib' / 'course_grader' / 'templates').iterdir()} == {
         path.name for path in (package / 'src' / 'course_grader' / 'templates').iterdir()}
