@@ -27,6 +27,7 @@ COPIED = (  # files, and folders with all that is in them
     'course', 'docs/browser.md', 'docs/exercise_files.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
+PATROL = 'navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28 under the name that users type
 LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\
@@ -95,6 +96,7 @@ def _fill(target):
                                  build.read_text(encoding='utf-8')), encoding='utf-8')
     for step in course.steps(REPOSITORY / 'course'):
         _take_solutions_out(step.folder, target / 'course' / step.folder.name)
+    shutil.copy(target / 'course' / '28_patrol' / 'patrol.py', target / PATROL)
     for page in target.rglob('*.md'):
         page.write_text(_without_dead_links(page.read_text(encoding='utf-8'), page.parent), encoding='utf-8')
 

@@ -94,6 +94,12 @@ def test_programs_in_the_folder_are_printed(step):
     assert files == {path for path in programs_of(step) if '/' not in path}
 
 
+def test_the_program_of_robotont_navigation_is_that_of_the_page():
+    """catkin installs no links, and the grader follows none out of a program's folder."""
+    installed = REPOSITORY / 'navigation' / 'robotont_navigation' / 'scripts' / 'patrol.py'
+    assert course.printed((COURSE / '28_patrol' / 'patrol.py').read_text()) == installed.read_text()
+
+
 def test_rosrun_finds_each_program_of_the_package_once():
     """It looks for executable files in all folders of a package, and asks which one is meant."""
     scripts = {path.name for path in (REPOSITORY / 'scripts').iterdir()}
