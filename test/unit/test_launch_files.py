@@ -1,6 +1,6 @@
 """Every launch file of the repository passes roslaunch's own check, as the program roslaunch-check makes it.
 
-Those that test data and the demo's output hold are programs of students, in packages of their own. A file may say that
+Those of the course, of test data and of the demo's output are programs of students, in packages of their own. A file may say that
 it cannot be checked, and why: ``<!-- no roslaunch-check: ... -->``.
 
 The package.xml of the root leaves out packages of the rooms; a launch file of it that starts one names it in a comment.
@@ -12,7 +12,7 @@ import pytest
 from roslaunch.rlutil import check_roslaunch
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-LEFT_OUT = re.compile(r'test/data/|output/|(.*/)?\.')
+LEFT_OUT = re.compile(r'course/|test/data/|output/|(.*/)?\.')
 LAUNCH_FILES = sorted(path for path in (found.relative_to(REPOSITORY) for found in REPOSITORY.rglob('*.launch'))
                       if not LEFT_OUT.match(str(path)))
 OF_THE_ROOMS = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')}
