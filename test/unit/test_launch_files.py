@@ -1,7 +1,7 @@
 """Every launch file of the repository passes roslaunch's own check, as the program roslaunch-check makes it.
 
-Those of the course, of test data and of the demo's output are programs of students, in packages of their own. A file may say that
-it cannot be checked, and why: ``<!-- no roslaunch-check: ... -->``.
+Those of the course, of test data and of the demo's output are programs of students, in packages of their own. A file
+may say that it cannot be checked, and why: ``<!-- no roslaunch-check: ... -->``.
 
 The package.xml of the root leaves out packages of the rooms; a launch file of it that starts one names it in a comment.
 """
