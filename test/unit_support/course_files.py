@@ -17,11 +17,8 @@ def sample(name):
 
 def programs(kind, pattern='*'):
     """Return the samples of all exercises that are ``right`` or ``wrong``; the printed answers are right ones."""
-    found = [path for exercise in EXERCISES.values() for path in course.samples(exercise)
-             if path.name.startswith(f'{kind}_')]
-    if kind == 'right':
-        found += filter(None, map(course.printed_answer, EXERCISES.values()))
-    return sorted(path for path in found if path.match(pattern))
+    return sorted(path for exercise in EXERCISES.values() for path in course.answers(exercise)
+                  if path.name.startswith('wrong_') is (kind == 'wrong') and path.match(pattern))
 
 
 def exercise_of(program):

@@ -21,7 +21,7 @@ program that only fits one run fails. `docs/grading.md` says more.
 
 
 def markdown(steps: Iterable[Step], loaded: Mapping[Path, Exercise]) -> str:
-    """Return the sheet; ``loaded``: {file: exercise}, without those that this machine cannot grade."""
+    """Return the sheet; ``loaded``: {file: exercise}; the sheet shows these."""
     return HEAD + ''.join(_section(step, loaded) for step in steps)
 
 

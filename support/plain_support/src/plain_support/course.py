@@ -99,6 +99,11 @@ def samples(exercise: pathlib.Path) -> List[pathlib.Path]:
                   if path.name.startswith(('right_', 'wrong_')))
 
 
+def answers(exercise: pathlib.Path) -> List[pathlib.Path]:
+    """Return the printed answer to the exercise in this file, if there is one, and then its samples."""
+    return [*filter(None, [printed_answer(exercise)]), *samples(exercise)]
+
+
 def printed(program: str) -> str:
     """Return a program as its page prints it."""
     return ''.join(line for line in program.splitlines(True) if not _is(BEGIN, line) and not _is(END, line))

@@ -122,9 +122,7 @@ def _solutions(exercise: Optional[Path]) -> List[Path]:
     """Return the right programs for the exercise in a file."""
     if exercise is None:
         return []
-    printed = course.printed_answer(exercise)
-    found = [*([printed] if printed else []), *course.samples(exercise)]
-    return [path for path in found if path.suffix == '.py' and not path.name.startswith('wrong_')]
+    return [path for path in course.answers(exercise) if path.suffix == '.py' and not path.name.startswith('wrong_')]
 
 
 def _text(path: str) -> str:
