@@ -22,7 +22,7 @@ ENV TURTLE_ROBOTONT_WS=/home/student/workspace/turtle_robotont
 # The page listens where a published port leads; who comes from outside the container needs the token that it prints.
 ENV TURTLE_ROBOTONT_ADDRESS=0.0.0.0
 RUN PIP_NO_CACHE_DIR=1 ./run build \
- && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q browser demo grading lessons navigation scripts simulation src support vision \
+ && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q packages scripts src \
  && mkdir output \
  && chown -R student: /home/student output
 

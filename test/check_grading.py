@@ -50,7 +50,7 @@ SOME = {  # exercise: its sample; no two are graded by the same means, or handed
     'set_pose': 'right',  # the nodes of navigation
     'tf_broadcaster': 'wrong',  # transforms of a program
     'two_robots': 'right'}
-GRADER = [sys.executable, str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')]
+GRADER = [sys.executable, str(REPOSITORY / 'packages' / 'grading' / 'course_grader' / 'scripts' / 'grade')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
 TIMEOUT = 500  # [s]; the grader's own limits are shorter

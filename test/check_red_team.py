@@ -31,7 +31,7 @@ from course_grader.isolation import confinement, levels
 from plain_support import course, processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-GRADER = REPOSITORY / 'grading' / 'course_grader'
+GRADER = REPOSITORY / 'packages' / 'grading' / 'course_grader'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
 EXERCISES = course.exercises(REPOSITORY / 'course')
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
@@ -147,7 +147,7 @@ def _check(level, folder, programs, honest):
     expected = make_class(folder / 'class', level, programs, honest)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
-    before, there = listed(folder / 'class', home, REPOSITORY / 'grading'), of_gradings(folder)
+    before, there = listed(folder / 'class', home, REPOSITORY / 'packages' / 'grading'), of_gradings(folder)
     done = subprocess.run(
         [*in_own_network(), sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'),
          '--isolation', level, '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder,
@@ -155,7 +155,7 @@ def _check(level, folder, programs, honest):
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
-        folder / 'class', home, REPOSITORY / 'grading').items() if before.get(path) != size]
+        folder / 'class', home, REPOSITORY / 'packages' / 'grading').items() if before.get(path) != size]
     left = [process for process in psutil.process_iter(['cmdline'])
             if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)

@@ -14,20 +14,20 @@ import sys
 import tempfile
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(REPOSITORY / 'support' / 'plain_support' / 'src'))
+sys.path.insert(0, str(REPOSITORY / 'packages' / 'support' / 'plain_support' / 'src'))
 from plain_support import course  # noqa: E402
 
 COPIED = (  # files, and folders with all that is in them
     'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
     'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',
-    'support', 'simulation', 'vision', 'navigation', 'lessons', 'browser', 'grading',
+    'packages',
     'vision/bench/markers_cli.py',  # ./run markers
     'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
     'scripts/browser.py', 'scripts/grade.py', 'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
     'course', 'docs/browser.md', 'docs/exercise_files.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
-PATROL = 'navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28 under the name that users type
+PATROL = 'packages/navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28 under the name that users type
 LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\

@@ -355,7 +355,7 @@ make_venv() {
 }
 
 # JupyterLab for ./run view --terminal, in an environment of its own: nodes do not get its packages.
-terminal_stamp() { readlink -f /usr/bin/python3; sha256sum <"$repo/browser/course_page/terminal_requirements.lock"; }
+terminal_stamp() { readlink -f /usr/bin/python3; sha256sum <"$repo/packages/web/course_page/terminal_requirements.lock"; }
 
 has_terminal() { [ "$(terminal_stamp)" = "$(cat "$ws/terminal/.made" 2>/dev/null)" ]; }
 
@@ -371,7 +371,7 @@ make_terminal() {
   local -a python=(env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1)
   "${python[@]}" /usr/bin/python3 -m venv --system-site-packages --clear "$ws/terminal" &&
     "${python[@]}" "$ws/terminal/bin/python3" -m pip install --require-hashes -r "$repo/tools/pip.lock" \
-      -r "$repo/browser/course_page/terminal_requirements.lock" &&
+      -r "$repo/packages/web/course_page/terminal_requirements.lock" &&
     terminal_stamp >"$ws/terminal/.made"
 }
 
@@ -380,7 +380,7 @@ make_terminal() {
 our_packages() {
   local dir pkg own="" real=${ros_dir:-$debian_prefix}
   [ ! -d "$1" ] || own=$'\n'$(own_packages "$1" || true)$'\n'
-  for dir in "$repo" "$repo"/*/*; do
+  for dir in "$repo" "$repo"/packages/*/* "$repo"/packages/*/*/* "$repo"/test/rostest_support; do
     pkg=${dir##*/}
     [ "$dir" != "$repo" ] || pkg=turtle_robotont
     if [ ! -f "$dir/package.xml" ]; then
@@ -476,7 +476,7 @@ build_workspace() {
 # gone_packages STAMP: the packages that are gone, or lack a file, since that build_stamp.
 gone_packages() {
   comm -23 <(sed 's/^[^ ]*  //' "$1" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort) |
-    sed -nE 's#^(\./[^/]+/([^/]+)/.*|([^ ]+) /.*)$#\2\3#p; t; s#^\./.*#turtle_robotont#p' | sort -u
+    sed -nE 's#^(\./(packages/[^/]+(/rqt)?|test)/([^/]+)/.*|([^ ]+) /.*)$#\4\5#p; t; s#^\./.*#turtle_robotont#p' | sort -u
 }
 
 # forget_products PACKAGE: removes everything that the build of a package has made.

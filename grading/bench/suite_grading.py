@@ -32,7 +32,7 @@ from check_grading import hand_in  # noqa: E402
 NEEDS_NODE = False
 REPOSITORY = Path(__file__).resolve().parents[2]
 FILES = course.exercises(REPOSITORY / 'course')
-GRADER = 'python3', str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')
+GRADER = 'python3', str(REPOSITORY / 'packages' / 'grading' / 'course_grader' / 'scripts' / 'grade')
 EXERCISES = sorted(name for name, path in FILES.items() if course.samples(path))
 BORDERLINE = 'right_borderline'  # passes with the SEED, and fails with some others
 REAL_TIME = 'right_busy_loop', 'right_wait_for_message', 'right_wall_clock'  # their scores may differ

@@ -26,7 +26,7 @@ from navigation_core.planning.navigator import Navigator, Patience, State
 from navigation_core.poses import Pose, wrap
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-CONFIG = REPOSITORY / 'navigation' / 'robotont_navigation' / 'config'
+CONFIG = REPOSITORY / 'packages' / 'navigation' / 'robotont_navigation' / 'config'
 RESOLUTION = 0.05  # [m] a cell of the map
 GOALS = 2.6  # [m] they are within +- this of the middle
 LONGEST = 120.0  # [s] for a goal

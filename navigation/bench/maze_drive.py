@@ -14,7 +14,7 @@ from navigation_core.scans import usable
 from sim_scene.worlds import load_world
 
 WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))),
-                      'simulation', 'robotont_gazebo', 'worlds')
+                      'packages', 'robotont', 'robotont_gazebo', 'worlds')
 START = Pose2D(-2.0, 0.0, 0.0)
 TOUR = ((-2, 2), (0, 2), (0, -2), (-2, -2), (0, -2), (2, -2), (2, 2), (2, -2), (0, -2), (0, 2), (-2, 2), (-2, 0))
 SPEED, TURN = 0.3, 0.4  # [m/s], [rad/s]

@@ -7,10 +7,11 @@ import pytest
 
 from collection import ros
 from collection.kinds import REPOSITORY
+from unit_support.packages import PACKAGES
 
 numpy = pytest.importorskip('numpy')
 
-ROOMS = sorted({path.parents[1].name for path in REPOSITORY.glob('*/*/package.xml')})
+ROOMS = sorted({package.room for package in PACKAGES.values() if package.room})
 COMPLETE_TYPES = 2, 3  # the version of numpy; the types of earlier ones, as in Debian 13, are incomplete
 NUMPY_TYPES = 'numpy==2.4.*'
 
@@ -37,7 +38,7 @@ def test_packages(room, run_case):
     _require('catkin_lint')
     # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
     more = ['--ignore', 'uninstalled_script'] if room == '.' else []
-    folders = [REPOSITORY] if room == '.' else [path.parent for path in REPOSITORY.glob(f'{room}/*/package.xml')]
+    folders = [REPOSITORY] if room == '.' else [package.folder for package in PACKAGES.values() if package.room == room]
     run_case('catkin_lint', '-q', '-W1', '--strict', *more, *folders)
 
 
@@ -50,6 +51,6 @@ def test_types(_name, run_case, cache, monkeypatch):
         if not types.is_dir():
             run_case(sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--target', types, NUMPY_TYPES)
         monkeypatch.setenv('PYTHONPATH', f'{types}:{os.environ.get("PYTHONPATH", "")}')
-    monkeypatch.setenv('MYPYPATH', ':'.join(str(path) for path in (*REPOSITORY.glob('*/*/src'), REPOSITORY / 'src')))
+    monkeypatch.setenv('MYPYPATH', ':'.join(str(path) for path in (package.folder / 'src' for package in PACKAGES.values())))
     monkeypatch.chdir(REPOSITORY)
     run_case('mypy', '--cache-dir', cache / 'mypy_cache')

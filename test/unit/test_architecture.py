@@ -14,7 +14,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from unit_support.imports import imported, imports_in, imports_of, in_standard_library, nodes_of, top, tree_of
-from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY, ROOMS, later_than
+from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY, later_than
 
 OURS = set(PACKAGES)
 EXCEPTIONS = {  # (package, name of a later room that it uses): why
@@ -31,32 +31,32 @@ EXCEPTIONS = {  # (package, name of a later room that it uses): why
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
-            'simulation/sim_scene/src': IMAGES,
-            'navigation/navigation_core/src': IMAGES | {'scipy'},
-            'vision/alvar_core/src': IMAGES | {'cairo'},
-            'vision/marker_pictures/src': IMAGES,
-            'support/plain_support/src': {'psutil', 'rospkg', 'yaml'},  # most do without: test_plain_import.py
-            'support/plain_support/src/plain_support/doctor': PLAIN,
-            'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
-            'grading/course_grader/src/course_grader/isolation': {'psutil'},
-            'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
-            'grading/course_grader/src/course_grader/classes': {'psutil', 'tornado', 'tqdm'},
-            'grading/course_grader/src/course_grader/formats': IMAGES | {'jinja2'},
-            'grading/course_grader/src/course_grader/supervision': {'psutil'},
+ROS_FREE = {'packages/simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
+            'packages/simulation/sim_scene/src': IMAGES,
+            'packages/navigation/navigation_core/src': IMAGES | {'scipy'},
+            'packages/vision/alvar_core/src': IMAGES | {'cairo'},
+            'packages/vision/marker_pictures/src': IMAGES,
+            'packages/support/plain_support/src': {'psutil', 'rospkg', 'yaml'},  # most do without: test_plain_import.py
+            'packages/support/plain_support/src/plain_support/doctor': PLAIN,
+            'packages/web/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
+            'packages/grading/course_grader/src/course_grader/isolation': {'psutil'},
+            'packages/grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
+            'packages/grading/course_grader/src/course_grader/classes': {'psutil', 'tornado', 'tqdm'},
+            'packages/grading/course_grader/src/course_grader/formats': IMAGES | {'jinja2'},
+            'packages/grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': PLAIN,
             **{str(folder.relative_to(REPOSITORY)): IMAGES | {'yaml'}
-               for folder in sorted(REPOSITORY.glob('*/*/src/*/core'))}}  # folder: foreign packages that it uses
-INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals'  # .py or a folder; may use private parts of rospy
-REPAIR = 'support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
+               for folder in sorted(REPOSITORY.glob('packages/*/*/src/*/core'))}}  # folder: foreign packages that it uses
+INTERNALS = 'packages/support/rospy_support/src/rospy_support/rospy_internals'  # .py or a folder; may use private parts of rospy
+REPAIR = 'packages/support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
-REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',))  # of commands
+REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', 'packages'), ('requirements.txt',))  # of commands
 EXTRAS = {'gymnasium', 'Jinja2'}  # of kinematic_core; Debian's python3-jinja2 is there where the tests' one is not
 
 TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start
-MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress')
+MODULES = sorted({path for folder in ('src', 'packages', 'test', 'scripts', 'bench', 'stress')
                   for path in (REPOSITORY / folder).rglob('*.py')}
                  | {path for package in PACKAGES.values() for path in package.python()})
 LESSON_PACKAGES = ('actionlib_tutorials', 'robotont_navigation', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf',
@@ -122,7 +122,7 @@ def uses(package):
 
 def not_allowed(package):
     """Return the packages that a package must not know: of later rooms, and the course, which lies beside them."""
-    return later_than(package.room) | (set() if package.room in ('demo', 'test') else {COURSE})
+    return later_than(package.room) | (set() if package.room == 'test' or package.name == 'course_demo' else {COURSE})
 
 
 @pytest.mark.parametrize('package', [each for each in PACKAGES.values() if each.room], ids=lambda each: each.name)
@@ -193,9 +193,9 @@ def folder_of(name):
 
 
 @pytest.mark.parametrize('name, folder', [
-    ('plain_support.validation.InvalidInput', 'support/plain_support/src/plain_support'),
-    ('kinematic_core.timing.pacing', 'simulation/kinematic_core/src/kinematic_core/timing'),
-    ('kinematic_core.worlds.planar.Pose2D', 'simulation/kinematic_core/src/kinematic_core/worlds'),
+    ('plain_support.validation.InvalidInput', 'packages/support/plain_support/src/plain_support'),
+    ('kinematic_core.timing.pacing', 'packages/simulation/kinematic_core/src/kinematic_core/timing'),
+    ('kinematic_core.worlds.planar.Pose2D', 'packages/simulation/kinematic_core/src/kinematic_core/worlds'),
     ('turtle_robotont.driving.control.Goal', 'src/turtle_robotont/driving'),
     ('turtle_robotont.msg.DriveStatus', 'src/turtle_robotont'),
 ])

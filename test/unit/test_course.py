@@ -96,7 +96,7 @@ def test_programs_in_the_folder_are_printed(step):
 
 def test_the_program_of_robotont_navigation_is_that_of_the_page():
     """catkin installs no links, and the grader follows none out of a program's folder."""
-    installed = REPOSITORY / 'navigation' / 'robotont_navigation' / 'scripts' / 'patrol.py'
+    installed = REPOSITORY / 'packages' / 'navigation' / 'robotont_navigation' / 'scripts' / 'patrol.py'
     assert course.printed((COURSE / '28_patrol' / 'patrol.py').read_text()) == installed.read_text()
 
 

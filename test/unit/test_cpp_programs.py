@@ -8,7 +8,7 @@ import textwrap
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-SUPPORT = REPOSITORY / 'support' / 'roscpp_support'
+SUPPORT = REPOSITORY / 'packages' / 'support' / 'roscpp_support'
 VARIABLE, SWITCH = 'CPLUS_INCLUDE_PATH', 'TURTLE_ROBOTONT_CPP_HEADERS'
 CLEAN = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}
 BUILD_TIMEOUT = 280.0  # [s]; it takes 40
@@ -139,7 +139,7 @@ def test_an_overlay_is_built(package):
 @pytest.mark.skipif(not shutil.which('catkin_make'), reason='there is no catkin')
 def test_a_workspace_that_our_packages_are_linked_into_is_built_at_once(package):
     """In a terminal that has not sourced anything, from nothing: the messages are made in the same run."""
-    for path in ('simulation/turtlesim', 'lessons/actionlib_tutorials', 'support/roscpp_support'):
+    for path in ('packages/simulation/turtlesim', 'packages/tutorials/actionlib_tutorials', 'packages/support/roscpp_support'):
         (package / pathlib.Path(path).name).symlink_to(REPOSITORY / path)
     build(package, CLEAN, 'catkin_make')
 
@@ -155,7 +155,7 @@ def test_cpp_programs_get_the_libraries_of_debians_cv_bridge(tmp_path, installed
             'if(cv_bridge_CONFIG_INCLUDED)\n return()\nendif()\nset(cv_bridge_LIBRARIES cv_bridge)\n'
             'include(${cv_bridge_DIR}/more.cmake)')
         (original / 'more.cmake').write_text('set(cv_bridge_MORE yes)')
-    extras = (REPOSITORY / 'vision' / 'cv_bridge' / 'cmake' / 'cv_bridge-extras.cmake').read_text(encoding='utf-8')
+    extras = (REPOSITORY / 'packages' / 'vision' / 'cv_bridge' / 'cmake' / 'cv_bridge-extras.cmake').read_text(encoding='utf-8')
     script = tmp_path / 'script.cmake'
     script.write_text('set(cv_bridge_DIR /ours)\nset(cv_bridge_CONFIG_INCLUDED TRUE)\n'
                       + extras.replace('/usr/lib/', f'{tmp_path}/lib/')

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-FOLDER = REPOSITORY / 'grading' / 'integrations'
+FOLDER = REPOSITORY / 'packages' / 'grading' / 'integrations'
 GRADER = '''#!/bin/bash
 python3 -c 'import json, sys; json.dump(sys.argv[1:], open(sys.argv[1], "w"))' "$STARTED" "$@"
 exit 3

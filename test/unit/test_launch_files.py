@@ -15,7 +15,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 LEFT_OUT = re.compile(r'course/|test/data/|output/|(.*/)?\.')
 LAUNCH_FILES = sorted(path for path in (found.relative_to(REPOSITORY) for found in REPOSITORY.rglob('*.launch'))
                       if not LEFT_OUT.match(str(path)))
-OF_THE_ROOMS = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')}
+OF_THE_ROOMS = {path.parent.name for path in REPOSITORY.glob('packages/**/package.xml')}
 
 
 def test_launch_files_are_found():

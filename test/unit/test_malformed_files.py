@@ -33,7 +33,7 @@ SDF = '''<sdf version="1.6"><world name="w"><scene><background>0.1 0.2 0.3 1</ba
 <model name="p"><pose>-3 0 0 0 0 0</pose><link name="l"><visual name="v"><geometry><mesh>
 <uri>model://ar/Marker7.dae</uri><scale>1 1 1</scale></mesh></geometry></visual></link></model>
 <state><model name="m"><pose>1 3 0.5 0 0 0</pose></model></state></world></sdf>'''
-WORLDS = str(REPOSITORY / 'simulation/robotont_gazebo/worlds')
+WORLDS = str(REPOSITORY / 'packages/robotont/robotont_gazebo/worlds')
 
 
 def texts(pattern):
@@ -44,13 +44,13 @@ def texts(pattern):
 
 
 KINDS = {  # kind: (ending, contents, how it is read, its error)
-    'world': ('.yaml', texts('simulation/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
+    'world': ('.yaml', texts('packages/robotont/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
               worlds.WorldError),
     'sdf': ('.world', [SDF], lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
     'exercise': ('.yaml', [path.read_text(encoding='utf-8') for path in EXERCISES.values()], exercise.load,
                  exercise.ExerciseError),
     'calibration': ('.yaml', [CAMERA], calibration.read, calibration.CalibrationError),
-    'bundle': ('.xml', texts('vision/ar_track_alvar/bundles/*.xml'), bundles.read, bundles.BundleError),
+    'bundle': ('.xml', texts('packages/vision/ar_track_alvar/bundles/*.xml'), bundles.read, bundles.BundleError),
 }
 YAML_VALUES = st.sampled_from([
     None, True, [], {}, [1], {'a': 1}, '', 'x', '1', -1, 0, 1e400, float('nan'), 10 ** 400, -0.5, [[]], {'name': []},

@@ -25,10 +25,10 @@ BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8') 
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo', 'demo.py', 'grade', 'grade.py', 'index_bag', 'terminal'  # of ./run, and of the panel Start
 TYPED_OTHERWISE = 'browser', 'marker_sequence'  # described under the names that are typed, as programs of the root
-SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
+SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('packages/**/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name not in (*OF_RUN, *TYPED_OTHERWISE))
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'),
-                       *REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*/*.launch')])
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('packages/**/launch/*.launch'),
+                       *REPOSITORY.glob('packages/tutorials/rospy_tutorials/[0-9]*/*.launch')])
 
 
 def parameters_of(script):

@@ -69,7 +69,7 @@ def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
 @pytest.mark.release
 def test_without_the_marker_messages_it_stops_too(tmp_path):
     workspace = make_workspace(tmp_path)
-    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'simulation' / 'turtlesim')
+    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'packages' / 'simulation' / 'turtlesim')
     result = run('catkin_make', folder=workspace)
     assert result.returncode != 0 and 'There is no package ar_track_alvar_msgs here' in result.stdout
 
@@ -78,8 +78,8 @@ def test_without_the_marker_messages_it_stops_too(tmp_path):
 def installed(tmp_path_factory):
     """Return a workspace with the root package and interfaces of others, installed."""
     workspace = make_workspace(tmp_path_factory.mktemp('alone'))
-    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'simulation' / 'turtlesim')
-    interfaces(workspace / 'src', 'ar_track_alvar_msgs', REPOSITORY / 'vision' / 'ar_track_alvar_msgs')
+    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'packages' / 'simulation' / 'turtlesim')
+    interfaces(workspace / 'src', 'ar_track_alvar_msgs', REPOSITORY / 'packages' / 'vision' / 'ar_track_alvar_msgs')
     result = run('catkin_make', 'install', folder=workspace)
     assert result.returncode == 0, result.stdout
     return workspace

@@ -22,11 +22,11 @@ def small(tmp_path):
     catkin_make is one that writes what it would build; /opt/ros is a folder of the test.
     """
     repository, ros, programs = tmp_path / 'repository', tmp_path / 'ros', tmp_path / 'bin'
-    for package in ('', 'vision/cv_bridge', 'vision/alvar'):
+    for package in ('', 'packages/vision/cv_bridge', 'packages/vision/alvar'):
         (repository / package).mkdir(parents=True, exist_ok=True)
         (repository / package / 'package.xml').write_text('<package/>')
-    (repository / 'vision' / 'alvar' / 'scripts').mkdir()
-    (repository / 'vision' / 'alvar' / 'scripts' / 'node').write_text('')
+    (repository / 'packages' / 'vision' / 'alvar' / 'scripts').mkdir()
+    (repository / 'packages' / 'vision' / 'alvar' / 'scripts' / 'node').write_text('')
     for folder in (ros / 'share', tmp_path / 'ws' / 'src', programs):
         folder.mkdir(parents=True)
     (ros / 'setup.bash').write_text(f'PATH={programs}:$PATH\n')
@@ -85,7 +85,7 @@ def test_a_script_that_is_gone_takes_only_its_package_along(small):
     others = [folder / 'ws' / 'build' / name / 'compiled' for name in ('alvar', 'cv_bridge', 'turtle_robotont')]
     for path in others:
         path.write_text('')
-    (folder / 'repository' / 'vision' / 'alvar' / 'scripts' / 'node').unlink()
+    (folder / 'repository' / 'packages' / 'vision' / 'alvar' / 'scripts' / 'node').unlink()
     assert run('build_workspace; is_built').returncode == 0
     assert [path.exists() for path in others] == [False, True, True]
 

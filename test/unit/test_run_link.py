@@ -9,7 +9,7 @@ import venv
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-ALL_PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('*/*/package.xml')}
+ALL_PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('packages/**/package.xml')}
 ROS = next((folder for folder in (os.environ.get('TURTLE_ROBOTONT_ROS'), '/opt/ros/noetic', '/opt/ros/one')
             if folder and os.path.isfile(f'{folder}/setup.bash')), None)  # what ./run finds beside Debian's
 INSTALLED = {name for name in ALL_PACKAGES if os.path.isfile(f'{ROS or "/usr"}/share/{name}/package.xml')}
@@ -80,7 +80,7 @@ def clone(src, request):
     """Return a clone of what ./run link needs, in a catkin workspace itself."""
     folder = src / request.param
     shutil.copytree(REPOSITORY / 'tools', folder / 'tools')
-    for path in (REPOSITORY / 'run', REPOSITORY / 'package.xml', *REPOSITORY.glob('*/*/package.xml')):
+    for path in (REPOSITORY / 'run', REPOSITORY / 'package.xml', *REPOSITORY.glob('packages/**/package.xml')):
         copied = folder / path.relative_to(REPOSITORY)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(path, copied)

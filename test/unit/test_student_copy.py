@@ -55,7 +55,7 @@ def test_no_solution_is_in_it(copy):
             for window in windows_of(lines_of(course.without_solution(path.read_text()))):
                 solved.pop(window, None)
     lessons = set()  # ROS's own tutorials, which everybody can read, begin and end like them
-    for path in (REPOSITORY / 'lessons').rglob('*.py'):
+    for path in (REPOSITORY / 'packages' / 'tutorials').rglob('*.py'):
         lessons |= windows_of(lines_of(path.read_text()))
     for path in copy.rglob('*'):
         if path.suffix in ('.py', '.md', '.launch', '.bash', '') and path.is_file():
@@ -143,7 +143,7 @@ def test_the_package_is_built_with_catkin_make(src, tmp_path):
     (tmp_path / 'src').mkdir()
     for name in ('turtle_robotont', 'turtlesim', 'ar_track_alvar_msgs'):
         shutil.copytree((src / name).resolve(), tmp_path / 'src' / name, symlinks=True, ignore=shutil.ignore_patterns(
-            *(['simulation', 'vision', 'lessons', 'browser', 'grading', 'navigation', 'support']
+            *(['packages']
               if name == 'turtle_robotont' else [])))
     environment = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
                    'ROS_LANG_DISABLE': 'geneus:genlisp:gennodejs:gencpp'}

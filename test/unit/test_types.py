@@ -53,7 +53,7 @@ def test_each_ignore_has_its_reason(path):
 
 # ------------------------------------------------------------------------------------------------------------ stubs
 
-STUBS = sorted(REPOSITORY.glob('*/*/src/*/_*.pyi'))
+STUBS = sorted(REPOSITORY.glob('packages/*/*/src/*/_*.pyi'))
 
 
 def stubbed(tree):

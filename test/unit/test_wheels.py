@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = {'plain_support': REPOSITORY / 'support' / 'plain_support',
-           'kinematic_core': REPOSITORY / 'simulation' / 'kinematic_core',
-           'alvar_core': REPOSITORY / 'vision' / 'alvar_core'}
+FOLDERS = {'plain_support': REPOSITORY / 'packages' / 'support' / 'plain_support',
+           'kinematic_core': REPOSITORY / 'packages' / 'simulation' / 'kinematic_core',
+           'alvar_core': REPOSITORY / 'packages' / 'vision' / 'alvar_core'}
 NEEDED = ('numpy', 'cv2', 'psutil', 'yaml')  # required by the wheels; linked, because pip would have to download them
 EXTRA = 'environments'  # a folder that needs the extra gymnasium, see test_environments.py
 LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')

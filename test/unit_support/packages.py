@@ -9,7 +9,8 @@ from unit_support.imports import imports_of, in_standard_library, nodes_of, stri
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
-ORDER = ('support',), ('simulation', 'vision', 'navigation'), ('lessons', 'browser'), ('grading',), ('demo',), ('test',)
+ORDER = (('support',), ('vision',), ('simulation',), ('robotont', 'navigation'), ('tutorials', 'utilities', 'web'), ('grading',),
+         ('test',))
 ROOMS = tuple(room for rooms in ORDER for room in rooms)
 OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
 LAUNCH_FILES = '.launch', '.xacro', '.urdf'
@@ -29,7 +30,7 @@ class Package:
 
     def __init__(self, folder):
         self.folder = folder
-        self.room = '' if folder == REPOSITORY else folder.parent.name
+        self.room = room_of(folder)
         self.xml = ElementTree.parse(folder / 'package.xml').getroot()
         self.name = self.xml.findtext('name')
 
@@ -93,6 +94,12 @@ class Package:
         return {element.text for tag in tags for element in self.xml.findall(tag)}
 
 
+def room_of(folder):
+    """Return the room of a package, '' for the course's."""
+    parts = folder.relative_to(REPOSITORY).parts
+    return parts[1] if parts[:1] == ('packages',) else parts[0] if parts else ''
+
+
 def is_python(path):
     if path.suffix:
         return path.suffix in ('.py', '.cfg')
@@ -101,8 +108,8 @@ def is_python(path):
 
 
 PACKAGES = {package.name: package for package in (
-    Package(path.parent) for path in (REPOSITORY / 'package.xml', *sorted(REPOSITORY.glob('*/*/package.xml')))
-    if path.parent == REPOSITORY or path.parts[-3] in ROOMS)}
+    Package(path.parent) for path in (REPOSITORY / 'package.xml', *sorted(REPOSITORY.glob('packages/**/package.xml')),
+                                      REPOSITORY / 'test' / 'rostest_support' / 'package.xml'))}
 
 
 def later_than(room):

@@ -81,7 +81,7 @@ class UnreachableTest(unittest.TestCase):
             self.start(self.inside, *ours, 'grade', 'publish_circle', '--output', os.path.join(folder.name, 'grade'),
                        '--', sys.executable, student),
             self.start(self.inside, 'rostest', '--results-base-dir', folder.name, os.path.join(  # as in ./run test
-                REPOSITORY, 'simulation/robotont_gazebo/test/rostest/robotont_basic.test'))]
+                REPOSITORY, 'packages/robotont/robotont_gazebo/test/rostest/robotont_basic.test'))]
         scans, exposed, seen = [], set(), set()
 
         def look():

@@ -29,7 +29,7 @@ SHORT_LIVED = {'set_pen.py', 'spawn_model',  # calls once and ends, without the 
 def test_every_node_is_in_the_table():
     """A script that calls the main() of a module that a kind has, too, is the same program by another name."""
     scripts = {path: MAIN.findall(path.read_text(encoding='utf-8'))
-               for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
+               for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('packages/**/scripts'))
                for path in folder.iterdir() if path.is_file()}
     told = {kind.executable for kind in node_kinds.KINDS}
     modules = {module for path, found in scripts.items() if path.name in told for module in found}
