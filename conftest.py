@@ -10,8 +10,8 @@ REPOSITORY = Path(__file__).resolve().parent
 pytest_plugins = ['collection.plugin']
 
 # Without a sourced workspace the modules are found here; in one they are found where it has them.
-folders = [str(folder) for folder in (REPOSITORY / 'src', *sorted(path.parent / 'src' for path in REPOSITORY.glob('packages/**/package.xml')),
-                                  REPOSITORY / 'test' / 'rostest_support' / 'src')]
+packages = (*sorted(REPOSITORY.glob('packages/**/package.xml')), REPOSITORY / 'test/rostest_support/package.xml')
+folders = [str(REPOSITORY / 'src'), *(str(path.parent / 'src') for path in packages if (path.parent / 'src').is_dir())]
 sys.path += folders
 if 'ROS_PACKAGE_PATH' not in os.environ:  # programs that tests start find them, too
     os.environ['PYTHONPATH'] = os.pathsep.join(folders)

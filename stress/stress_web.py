@@ -1,7 +1,7 @@
 """Attacks on the web servers: broken bytes, floods and crowds.
 
 A client beside them must notice nothing. Which refusal each wrong frame, operation, host, origin and query gets is a
-matter of the unit tests of rosbridge_core and browser_servers.
+matter of the unit tests of browser_servers.
 """
 
 import contextlib

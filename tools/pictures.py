@@ -23,8 +23,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
-from course_demo.harness import DemoHarness
+from course_grader.demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
+from course_grader.demo.harness import DemoHarness
 from kinematic_core.worlds import overhead
 from rospy_support import images
 from rospy_support.ports import free_port
@@ -124,7 +124,7 @@ def robot_square(harness):
 def from_demo(_):
     """The pages of the course: what ./run demo saves."""
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run(['rosrun', 'course_demo', 'demo', '--output', folder, 'marker', 'maze', 'launch', 'follow',
+        subprocess.run(['rosrun', 'course_grader', 'demo', '--output', folder, 'marker', 'maze', 'launch', 'follow',
                         'bang', 'controller', 'posts'], check=True)
 
         def saved(name):

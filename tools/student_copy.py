@@ -23,11 +23,12 @@ COPIED = (  # files, and folders with all that is in them
     'packages',
     'vision/bench/markers_cli.py',  # ./run markers
     'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
-    'scripts/browser.py', 'scripts/grade.py', 'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
+    'scripts/browser.py', 'scripts/grade.py', 'scripts/marker_sequence.py',
+    'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
     'course', 'docs/browser.md', 'docs/exercise_files.md', 'docs/grading.md',
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
-PATROL = 'packages/navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28 under the name that users type
+PATROL = 'packages/navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28
 LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\

@@ -26,8 +26,8 @@ from kinematic_core.worlds.frames import LIDAR_Z, frames
 from maze_drive import CAMERA, CAMERA_FARTHEST, CAMERA_NEAREST, INCREMENT, MOUNT, START
 from navigation_core.maps.grid_map import OCCUPIED, UNKNOWN, GridMap
 from navigation_core.maps.scores import scores, true_map
-from navigation_ros import grids
-from navigation_ros.poses import from_pose, of_transform, to_transform
+from navigation_core.ros import grids
+from navigation_core.ros.poses import from_pose, of_transform, to_transform
 from probing import COME_UP, Silent, await_true, say
 from sim_ros import robotont_messages
 from suite_navigation import NOISES, carried_log, error, moments

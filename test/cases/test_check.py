@@ -51,6 +51,6 @@ def test_types(_name, run_case, cache, monkeypatch):
         if not types.is_dir():
             run_case(sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--target', types, NUMPY_TYPES)
         monkeypatch.setenv('PYTHONPATH', f'{types}:{os.environ.get("PYTHONPATH", "")}')
-    monkeypatch.setenv('MYPYPATH', ':'.join(str(path) for path in (package.folder / 'src' for package in PACKAGES.values())))
+    monkeypatch.setenv('MYPYPATH', ':'.join(str(package.folder / 'src') for package in PACKAGES.values()))
     monkeypatch.chdir(REPOSITORY)
     run_case('mypy', '--cache-dir', cache / 'mypy_cache')

@@ -8,7 +8,7 @@ import textwrap
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-SUPPORT = REPOSITORY / 'packages' / 'support' / 'roscpp_support'
+SUPPORT = REPOSITORY / 'packages' / 'support' / 'rospy_support'
 VARIABLE, SWITCH = 'CPLUS_INCLUDE_PATH', 'TURTLE_ROBOTONT_CPP_HEADERS'
 CLEAN = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}
 BUILD_TIMEOUT = 280.0  # [s]; it takes 40
@@ -86,7 +86,7 @@ def test_programs_without_ros_have_the_names_for_themselves():
 def hooked(times=1, **environment):
     """Return CPLUS_INCLUDE_PATH after the setup file of /ws was sourced ``times``."""
     hook = (SUPPORT / 'env-hooks' / '50.cpp_headers.sh.in').read_text(encoding='utf-8')
-    script = hook.replace('@PROJECT_NAME@', 'roscpp_support') * times
+    script = hook.replace('@PROJECT_NAME@', 'rospy_support') * times
     done = subprocess.run(['sh', '-euc', f'{script}\nprintf %s "${{{VARIABLE}-unset}}"'], text=True, check=True,
                           capture_output=True, env={'CATKIN_ENV_HOOK_WORKSPACE': '/ws', **environment})
     return done.stdout
@@ -94,12 +94,12 @@ def hooked(times=1, **environment):
 
 @pytest.mark.parametrize('times', [1, 2])
 @pytest.mark.parametrize('environment, expected', [
-    ({}, '/ws/share/roscpp_support/include'),
-    ({VARIABLE: ''}, '/ws/share/roscpp_support/include'),  # an empty part would be the current folder
-    ({VARIABLE: '/mine'}, '/ws/share/roscpp_support/include:/mine'),
+    ({}, '/ws/share/rospy_support/include'),
+    ({VARIABLE: ''}, '/ws/share/rospy_support/include'),  # an empty part would be the current folder
+    ({VARIABLE: '/mine'}, '/ws/share/rospy_support/include:/mine'),
     ({SWITCH: '0'}, 'unset'),
     ({SWITCH: '0', VARIABLE: '/mine'}, '/mine'),
-    ({SWITCH: '1'}, '/ws/share/roscpp_support/include'),
+    ({SWITCH: '1'}, '/ws/share/rospy_support/include'),
 ])
 def test_the_setup_file_adds_one_folder(times, environment, expected):
     assert hooked(times, **environment) == expected
@@ -139,8 +139,8 @@ def test_an_overlay_is_built(package):
 @pytest.mark.skipif(not shutil.which('catkin_make'), reason='there is no catkin')
 def test_a_workspace_that_our_packages_are_linked_into_is_built_at_once(package):
     """In a terminal that has not sourced anything, from nothing: the messages are made in the same run."""
-    for path in ('packages/simulation/turtlesim', 'packages/tutorials/actionlib_tutorials', 'packages/support/roscpp_support'):
-        (package / pathlib.Path(path).name).symlink_to(REPOSITORY / path)
+    for path in ('simulation/turtlesim', 'tutorials/actionlib_tutorials', 'support/rospy_support'):
+        (package / pathlib.Path(path).name).symlink_to(REPOSITORY / 'packages' / path)
     build(package, CLEAN, 'catkin_make')
 
 
@@ -155,7 +155,7 @@ def test_cpp_programs_get_the_libraries_of_debians_cv_bridge(tmp_path, installed
             'if(cv_bridge_CONFIG_INCLUDED)\n return()\nendif()\nset(cv_bridge_LIBRARIES cv_bridge)\n'
             'include(${cv_bridge_DIR}/more.cmake)')
         (original / 'more.cmake').write_text('set(cv_bridge_MORE yes)')
-    extras = (REPOSITORY / 'packages' / 'vision' / 'cv_bridge' / 'cmake' / 'cv_bridge-extras.cmake').read_text(encoding='utf-8')
+    extras = (REPOSITORY / 'packages/vision/cv_bridge/cmake/cv_bridge-extras.cmake').read_text(encoding='utf-8')
     script = tmp_path / 'script.cmake'
     script.write_text('set(cv_bridge_DIR /ours)\nset(cv_bridge_CONFIG_INCLUDED TRUE)\n'
                       + extras.replace('/usr/lib/', f'{tmp_path}/lib/')

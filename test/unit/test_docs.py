@@ -15,7 +15,7 @@ from unit_support.course_files import EXERCISES
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
          *sorted(REPOSITORY.glob('course/README.md')),
-         *sorted(REPOSITORY.glob('packages/**/README.md')), REPOSITORY / 'packages' / 'grading' / 'integrations' / 'README.md']
+         *sorted(REPOSITORY.glob('packages/**/README.md'))]
 README = REPOSITORY / 'README.md'
 STEPS = sorted(REPOSITORY.glob('course/*/README.md'))
 MAX_LINES, MAX_LINE = 140, 120  # of README.md
@@ -38,7 +38,8 @@ FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|toml|yaml
 NUMBERED = list(REPOSITORY.glob('packages/tutorials/rospy_tutorials/[0-9]*'))
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('packages/**/scripts'), *NUMBERED)
          for path in folder.iterdir()}
-LAUNCH_FILES = {path.name for path in (*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('packages/**/launch/*.launch'))}
+LAUNCH_FILES = {path.name for pattern in ('launch/*.launch', 'packages/**/launch/*.launch')
+                for path in REPOSITORY.glob(pattern)}
 LAUNCH_FILES |= {name for name in NODES if name.endswith('.launch')}
 
 each_page = pytest.mark.parametrize('path', PAGES, ids=lambda path: str(path.relative_to(REPOSITORY)))

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from alvar_core import bundles
+from alvar_core.pictures import marker_sequence
 from course_grader.rules import exercise
-from marker_pictures import marker_sequence
 from plain_support import documents
 from sim_scene import worlds
 from unit_support.course_files import EXERCISES
@@ -44,8 +44,8 @@ def texts(pattern):
 
 
 KINDS = {  # kind: (ending, contents, how it is read, its error)
-    'world': ('.yaml', texts('packages/robotont/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
-              worlds.WorldError),
+    'world': ('.yaml', texts('packages/robotont/robotont_gazebo/worlds/*.yaml'),
+              lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
     'sdf': ('.world', [SDF], lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
     'exercise': ('.yaml', [path.read_text(encoding='utf-8') for path in EXERCISES.values()], exercise.load,
                  exercise.ExerciseError),

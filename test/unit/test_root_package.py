@@ -18,8 +18,8 @@ ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 
                'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # the programs need only Python
 BUILD_TIMEOUT = 120.0  # [s]; it takes 15
 START_TIMEOUT = 60.0  # [s] until a program has registered; it takes 1
-STARTERS = {'browser.py': 'course_page', 'demo.py': 'course_demo', 'grade.py': 'course_grader',
-            'marker_sequence.py': 'marker_pictures'}
+STARTERS = {'browser.py': 'course_page', 'demo.py': 'course_grader', 'grade.py': 'course_grader',
+            'marker_sequence.py': 'alvar_core'}
 
 
 def run(*command, folder):

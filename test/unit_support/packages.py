@@ -9,8 +9,8 @@ from unit_support.imports import imports_of, in_standard_library, nodes_of, stri
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
-ORDER = (('support',), ('vision',), ('simulation',), ('robotont', 'navigation'), ('tutorials', 'utilities', 'web'), ('grading',),
-         ('test',))
+ORDER = (('support',), ('vision',), ('simulation',), ('robotont', 'navigation'), ('tutorials', 'utilities', 'web'),
+         ('grading',), ('test',))
 ROOMS = tuple(room for rooms in ORDER for room in rooms)
 OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
 LAUNCH_FILES = '.launch', '.xacro', '.urdf'

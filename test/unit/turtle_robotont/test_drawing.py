@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from course_demo.core import track_metrics
+from course_grader.demo.core import track_metrics
 from turtle_robotont.driving import drawing, shapes
 from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.shapes import InvalidInput

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from course_demo.core import track_metrics
+from course_grader.demo.core import track_metrics
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import Twist2D
 from turtle_robotont.driving import drawing

@@ -167,7 +167,8 @@ def test_wrong_exercises(changes, said):
 def test_the_worlds_of_exercises_are_those_of_the_course():
     """The box of bang-bang is that of world_bangbang.launch."""
     repository = pathlib.Path(__file__).resolve().parents[5]
-    world = yaml.safe_load((repository / 'packages/robotont/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
+    path = repository / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds' / 'bangbang.yaml'
+    world = yaml.safe_load(path.read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
         assert exercise.load(EXERCISES[name]).world == world
 

@@ -95,8 +95,9 @@ def test_headings_and_comparisons_count_only_where_positions_do():
 
 
 def test_programs_of_the_course_are_not_suspected():
-    paths = [*(REPOSITORY / 'scripts').glob('*.py'), *(REPOSITORY / 'packages' / 'tutorials').glob('turtle_tf*/scripts/*.py'),
-             *(REPOSITORY / 'packages' / 'tutorials' / 'rospy_tutorials').rglob('*.py')]
+    tutorials = REPOSITORY / 'packages' / 'tutorials'
+    paths = [*(REPOSITORY / 'scripts').glob('*.py'), *tutorials.glob('turtle_tf*/scripts/*.py'),
+             *(tutorials / 'rospy_tutorials').rglob('*.py')]
     programs = [(path, source_mistakes.program(path.read_text(encoding='utf-8'))) for path in paths]
     searched = [(path, program) for path, program in programs if program]  # others are too long
     assert len(searched) > 20

@@ -17,9 +17,9 @@ from navigation_core.localisation import motion, sensor
 from navigation_core.localisation.particle_filter import ParticleFilter, Settings
 from navigation_core.localisation.sensor import MeasuredMap, SensorModel
 from navigation_core.poses import Pose
-from navigation_ros import grids
-from navigation_ros.poses import from_pose, to_pose, to_transform
-from navigation_ros.scan_source import ScanSource
+from navigation_core.ros import grids
+from navigation_core.ros.poses import from_pose, to_pose, to_transform
+from navigation_core.ros.scan_source import ScanSource
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, ParameterError, Table, Text
 from rospy_support.throttle import WallThrottle

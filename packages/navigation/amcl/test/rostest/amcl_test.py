@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 
 from navigation_core.poses import Pose
-from navigation_ros.poses import from_pose, of_transform, to_pose
+from navigation_core.ros.poses import from_pose, of_transform, to_pose
 from rostest_support.common import NodeLog, proxy, run, until
 from rostest_support.robotont import RobotontCase
 

@@ -12,10 +12,10 @@ from nav_msgs.srv import GetMap, GetMapResponse
 from std_msgs.msg import Float64
 
 from navigation_core.poses import Pose
+from navigation_core.ros import grids
+from navigation_core.ros.poses import to_transform
+from navigation_core.ros.scan_source import ScanSource
 from navigation_core.slam.mapper import Mapper, Settings
-from navigation_ros import grids
-from navigation_ros.poses import to_transform
-from navigation_ros.scan_source import ScanSource
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.topics import Publisher

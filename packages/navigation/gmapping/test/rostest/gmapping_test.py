@@ -12,7 +12,7 @@ from nav_msgs.srv import GetMap
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
-from navigation_ros.poses import of_transform
+from navigation_core.ros.poses import of_transform
 from rostest_support.common import DEADLINE, Process, proxy, run, until
 from rostest_support.robotont import RobotontCase, place
 

@@ -9,7 +9,7 @@ import threading
 import rospy
 
 from navigation_core.maps.map_files import keep_earlier, saved
-from navigation_ros import grids
+from navigation_core.ros import grids
 from plain_support import unwritten, write_together
 from rospy_support import nodes
 

@@ -11,7 +11,7 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 from navigation_core.maps import map_files
 from navigation_core.maps.map_files import Description, MapError, read_description, read_image
 from navigation_core.poses import Pose
-from navigation_ros import grids
+from navigation_core.ros import grids
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Number, Table, Text
 from rospy_support.topics import Publisher

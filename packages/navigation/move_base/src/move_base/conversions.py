@@ -9,8 +9,8 @@ from tf.transformations import quaternion_matrix
 
 from navigation_core.planning.costmap import occupancy
 from navigation_core.poses import Pose
-from navigation_ros import grids
-from navigation_ros.poses import from_pose
+from navigation_core.ros import grids
+from navigation_core.ros.poses import from_pose
 from rospy_support.rotations import yaw_of
 
 FIELDS = ('x', 'y', 'z')

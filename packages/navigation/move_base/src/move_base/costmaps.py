@@ -21,7 +21,7 @@ from move_base.conversions import (
     scan_points,
 )
 from navigation_core.planning.costmap import Costmap, Inflation, static_layer
-from navigation_ros import grids
+from navigation_core.ros import grids
 from rospy_support.throttle import WallThrottle
 
 REMINDER = 5.0  # [s] of wall time between two equal warnings

@@ -11,7 +11,7 @@ from std_msgs.msg import String
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.frames import LIDAR_Z
 from navigation_core.maps.scores import true_map
-from navigation_ros import grids
+from navigation_core.ros import grids
 
 RESOLUTION = 0.05  # [m] a cell
 

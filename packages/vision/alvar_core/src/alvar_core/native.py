@@ -1,4 +1,4 @@
-"""The compiled steps of the detector (packages/vision/alvar_core/native; documented in _native.pyi), and their thresholds.
+"""The compiled steps of the detector (native/ of this package; documented in _native.pyi), and their thresholds.
 
 They are built by catkin and by pip. On a processor with AVX2 and FMA, those that use them are loaded.
 """

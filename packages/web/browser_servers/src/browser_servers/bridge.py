@@ -4,9 +4,9 @@ Threading contract: as in topics.py.
 """
 import concurrent.futures
 
+from browser_servers.core.session import Bridge
 from browser_servers.services import Services
 from browser_servers.topics import Topics
-from rosbridge_core.session import Bridge
 
 THREADS = 8  # that ask the master; a registration takes a few milliseconds
 

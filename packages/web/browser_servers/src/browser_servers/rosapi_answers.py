@@ -16,7 +16,7 @@ import rosservice
 import rostopic
 
 from browser_servers import typedefs
-from rosbridge_core.operations import globs, matches, ros1_type
+from browser_servers.core.operations import globs, matches, ros1_type
 
 ACTION_TOPICS = {'cancel', 'feedback', 'goal', 'result', 'status'}
 NAMESPACE = '/rosapi/'

@@ -11,9 +11,9 @@ import rospy
 import rosservice
 
 from browser_servers import types
+from browser_servers.core.conversion import json_values
+from browser_servers.core.operations import Refused
 from browser_servers.rosapi_answers import NAMESPACE
-from rosbridge_core.conversion import json_values
-from rosbridge_core.operations import Refused
 
 MAX_CALLS = 500  # of all clients at a time
 

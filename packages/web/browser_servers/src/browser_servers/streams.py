@@ -10,7 +10,7 @@ import tornado.iostream
 
 from browser_servers.core import query
 from browser_servers.core.query import InvalidQuery
-from rosbridge_core.web import Guarded
+from browser_servers.core.web import Guarded
 from rospy_support.images import ImageError
 
 BOUNDARY = 'boundarydonotcross'  # between two images, as the original has it

@@ -14,11 +14,11 @@ import rospy
 import rostopic
 
 from browser_servers import types
+from browser_servers.core.encodings import Message
+from browser_servers.core.inbox import VELOCITIES
+from browser_servers.core.operations import Refused
+from browser_servers.core.outbox import BURST, SMALL
 from browser_servers.incoming import Incoming
-from rosbridge_core.encodings import Message
-from rosbridge_core.inbox import VELOCITIES
-from rosbridge_core.operations import Refused
-from rosbridge_core.outbox import BURST, SMALL
 from rospy_support import rospy_internals
 from rospy_support.topics import LatestPublisher, Publisher
 

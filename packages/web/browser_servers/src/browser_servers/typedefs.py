@@ -3,8 +3,8 @@ import dataclasses
 from typing import List
 
 from browser_servers import types
-from rosbridge_core.conversion import TIMES, is_message, kind_of
-from rosbridge_core.operations import Refused
+from browser_servers.core.conversion import TIMES, is_message, kind_of
+from browser_servers.core.operations import Refused
 
 SINGLE, ANY_LENGTH = -1, 0  # of fieldarraylen; else the length of the array
 TIME_PARTS = 'int32'  # the type that rosapi gives for secs and nsecs

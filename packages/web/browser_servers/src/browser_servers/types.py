@@ -6,8 +6,8 @@ import genpy.dynamic
 import roslib.message
 import rospy
 
-from rosbridge_core.conversion import Builder
-from rosbridge_core.operations import Refused
+from browser_servers.core.conversion import Builder
+from browser_servers.core.operations import Refused
 
 
 def message_class(name):

@@ -9,8 +9,8 @@ import time
 
 import tornado.routing
 
-from rosbridge_core.connection import WebSocket
-from rosbridge_core.session import Session
+from browser_servers.core.connection import WebSocket
+from browser_servers.core.session import Session
 
 CHECK_INTERVAL = 0.05  # [s] between two checks for silent and slow clients
 SEND_BUFFER = 1 << 18  # [B] of the kernel for a client; its content cannot be overtaken

@@ -17,9 +17,9 @@ import subprocess
 import tempfile
 import time
 
+from browser_servers.core import web
 from course_page.starter import last_lines
 from plain_support.processes import BackgroundProcess, end_with_parent
-from rosbridge_core import web
 
 GRADE = ('rosrun', 'course_grader', 'grade')
 SOURCED = 'TURTLE_ROBOTONT_SOURCED'  # set by ./run view: the ROS_PACKAGE_PATH of the terminal

@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 
-from rosbridge_core import web
+from browser_servers.core import web
 
 COMMAND = sys.executable, '-m', 'alvar_core.detection.explained_photo'
 TIMEOUT = 30.0  # [s] for a photo

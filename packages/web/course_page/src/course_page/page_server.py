@@ -24,6 +24,9 @@ from rosapi.msg import TypeDef
 from rosgraph_msgs.msg import Log
 
 from browser_servers.bridge import RosBridge
+from browser_servers.core import web
+from browser_servers.core.conversion import json_values
+from browser_servers.core.session import Settings
 from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
@@ -34,9 +37,6 @@ from course_page.panels import NODE, PORT, name_is_taken, open_page, running_pag
 from course_page.starter import Programs, Starter
 from plain_support import course
 from rosapi import srv
-from rosbridge_core import web
-from rosbridge_core.conversion import json_values
-from rosbridge_core.session import Settings
 from rospy_support import nodes, registration
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report

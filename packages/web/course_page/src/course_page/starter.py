@@ -18,11 +18,11 @@ import tempfile
 import time
 from typing import NamedTuple, Tuple
 
+from browser_servers.core import web
 from course_page import recordings, running
 from course_page.reasons import died, plain, reason
 from course_page.recordings import Refused
 from plain_support.processes import BackgroundProcess, end_with_parent
-from rosbridge_core import web
 
 LAST_LINES = 12  # of a program's output
 LARGEST = 200  # [characters] of a line

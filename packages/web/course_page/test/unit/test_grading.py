@@ -10,9 +10,9 @@ import urllib.request
 import pytest
 import tornado.web
 
+from browser_servers.core import web
 from course_grader.isolation import sourced
 from course_page import grading
-from rosbridge_core import web
 
 DEADLINE = 30.0  # [s]
 GRADER = '''import json, os, sys, time

@@ -11,8 +11,8 @@ import pytest
 import tornado.web
 
 from alvar_core import drawing
+from browser_servers.core import web
 from course_page import marker_photo
-from rosbridge_core import web
 
 DEADLINE = 30.0  # [s]
 WAITS = (sys.executable, '-c', 'import sys, time; sys.stdin.buffer.read(); time.sleep(100)')

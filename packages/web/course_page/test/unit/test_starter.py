@@ -11,8 +11,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import tornado.web
 
+from browser_servers.core import web
 from course_page import recordings, running, starter
-from rosbridge_core import web
 
 DEADLINE = 20.0  # [s]
 WAITS = 'import signal, sys, time; print("\\x1b[1mhere\\x1b[0m", flush=True); time.sleep(100)'

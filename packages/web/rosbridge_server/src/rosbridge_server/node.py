@@ -16,12 +16,12 @@ from rosbridge_msgs.msg import ConnectedClient, ConnectedClients
 from std_msgs.msg import Int32
 
 from browser_servers.bridge import RosBridge
+from browser_servers.core import web
+from browser_servers.core.operations import globs
+from browser_servers.core.session import Settings
 from browser_servers.rosapi_answers import Answers
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from rosapi import srv
-from rosbridge_core import web
-from rosbridge_core.operations import globs
-from rosbridge_core.session import Settings
 from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report

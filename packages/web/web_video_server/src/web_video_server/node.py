@@ -10,10 +10,10 @@ import time
 import rospy
 import tornado.web
 
+from browser_servers.core import web
 from browser_servers.core.query import KINDS
 from browser_servers.sources import Sources
 from browser_servers.streams import Page, Snapshot, Stream
-from rosbridge_core import web
 from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report

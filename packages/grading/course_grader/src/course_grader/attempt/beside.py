@@ -15,7 +15,7 @@ from kinematic_core.worlds import world_format
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, frames
 from navigation_core.maps import map_files
 from navigation_core.poses import Pose
-from navigation_ros.poses import to_transform
+from navigation_core.ros.poses import to_transform
 from rospy_support import nodes
 
 MODULES = {'map_server': 'map_server.server', 'amcl': 'amcl.node', 'slam_gmapping': 'gmapping.node',

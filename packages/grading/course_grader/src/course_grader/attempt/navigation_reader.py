@@ -15,8 +15,8 @@ from tf2_msgs.msg import TFMessage
 
 from course_grader.attempt.guard import of_the_grading
 from course_grader.rules.observation import Destination, Sample
-from navigation_ros import grids
-from navigation_ros.poses import of_transform
+from navigation_core.ros import grids
+from navigation_core.ros.poses import of_transform
 from rospy_support.rotations import yaw_of
 
 MAP, ODOMETRY, ROBOT = 'map', 'odom', 'base_footprint'  # frames

@@ -131,8 +131,8 @@ def _programs(needs: Needs, machine: Machine) -> Iterator[Finding]:
 
 def _machinery(needs: Needs, machine: Machine) -> Machinery:
     roots = [root for root in (machine.ros, '/usr') if root]
-    stand_ins = {os.path.basename(os.path.dirname(path))
-                 for path in glob.glob(os.path.join(glob.escape(machine.repository), 'packages', '**', 'package.xml'), recursive=True)}
+    ours = os.path.join(glob.escape(machine.repository), 'packages', '**', 'package.xml')
+    stand_ins = {os.path.basename(os.path.dirname(path)) for path in glob.glob(ours, recursive=True)}
     known = {package.name for package in packages.found(machine.environment)}
     installed = {os.path.basename(os.path.dirname(path)) for root in roots
                  for path in glob.glob(os.path.join(root, 'share', '*', 'package.xml'))}
