@@ -6,7 +6,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 PARAMETER_COLUMNS = ['parameter', 'type', 'default', 'range', 'meaning']
 NAME_COLUMNS = ['name', 'kind', 'type', 'meaning']
 PAGES = {REPOSITORY: REPOSITORY / 'docs' / 'nodes.md',
-         **{path.parent: path for path in sorted(REPOSITORY.glob('packages/**/README.md'))}}  # {folder of a package: page}
+         **{path.parent: path for path in sorted(REPOSITORY.glob('packages/**/README.md'))}}  # by the folder
 
 
 def sections(page):
