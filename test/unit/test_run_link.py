@@ -9,7 +9,8 @@ import venv
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-ALL_PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('packages/**/package.xml')}
+ALL_PACKAGES = {path.parent.name: path.parent for pattern in ('packages/**/package.xml', 'test/*/package.xml')
+                for path in REPOSITORY.glob(pattern)}
 ROS = next((folder for folder in (os.environ.get('TURTLE_ROBOTONT_ROS'), '/opt/ros/noetic', '/opt/ros/one')
             if folder and os.path.isfile(f'{folder}/setup.bash')), None)  # what ./run finds beside Debian's
 INSTALLED = {name for name in ALL_PACKAGES if os.path.isfile(f'{ROS or "/usr"}/share/{name}/package.xml')}
@@ -80,7 +81,7 @@ def clone(src, request):
     """Return a clone of what ./run link needs, in a catkin workspace itself."""
     folder = src / request.param
     shutil.copytree(REPOSITORY / 'tools', folder / 'tools')
-    for path in (REPOSITORY / 'run', REPOSITORY / 'package.xml', *REPOSITORY.glob('packages/**/package.xml')):
+    for path in (REPOSITORY / 'run', *(folder / 'package.xml' for folder in (REPOSITORY, *ALL_PACKAGES.values()))):
         copied = folder / path.relative_to(REPOSITORY)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(path, copied)

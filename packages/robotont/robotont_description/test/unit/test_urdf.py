@@ -14,7 +14,7 @@ from robotont_description.urdf import MODELS, describe
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
 from sim_ros import robotont_messages as messages
 
-URDF = pathlib.Path(__file__).resolve().parents[4] / 'packages' / 'robotont' / 'robotont_description' / 'urdf'
+URDF = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_description' / 'urdf'
 LENGTH_TOLERANCE = 1e-5  # [m]
 BASE = {'base_footprint', 'base_link', 'rim_back_link', 'rim_right_link', 'rim_left_link'}
 CAMERA = {'computer_link', 'camera_assembly_link1', 'camera_assembly_link2', 'camera_link', 'camera_color_frame',

@@ -11,8 +11,8 @@ import pytest
 
 from course_page import panels
 
-BROWSER = pathlib.Path(__file__).resolve().parents[3]
-FOLDERS = sorted(BROWSER.glob('rqt_*'))
+RQT = pathlib.Path(__file__).resolve().parents[3] / 'rqt'
+FOLDERS = sorted(RQT.iterdir())
 
 
 def test_every_folder_has_its_panel():
@@ -21,15 +21,15 @@ def test_every_folder_has_its_panel():
 
 @pytest.mark.parametrize('folder', FOLDERS, ids=lambda folder: folder.name)
 def test_folders_differ_in_names_only(folder):
-    program = (BROWSER / 'rqt_gui' / 'scripts' / 'rqt').read_text()
+    program = (RQT / 'rqt_gui' / 'scripts' / 'rqt').read_text()
     names = ['rqt', 'rqt_gui'] if folder.name == 'rqt_gui' else [folder.name]
     scripts = sorted(path for path in (folder / 'scripts').iterdir() if path.name != '__pycache__')
     assert [path.name for path in scripts] == names
     assert {path.read_text() for path in scripts} == {program}
-    assert (folder / 'setup.py').samefile(BROWSER / 'rqt_gui' / 'setup.py')
+    assert (folder / 'setup.py').samefile(RQT / 'rqt_gui' / 'setup.py')
     if folder.name != 'rqt_gui':
         assert (folder / 'CMakeLists.txt').read_text() == \
-            (BROWSER / 'rqt_graph' / 'CMakeLists.txt').read_text().replace('rqt_graph', folder.name)
+            (RQT / 'rqt_graph' / 'CMakeLists.txt').read_text().replace('rqt_graph', folder.name)
 
 
 @pytest.mark.parametrize('typed, address', [
