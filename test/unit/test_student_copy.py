@@ -90,7 +90,8 @@ def test_nothing_leads_back_to_the_solutions(copy, src):
 
 def test_its_programs_and_pages_are_there(copy):
     listed = re.findall(r'scripts/(\w+\.py)', (copy / 'CMakeLists.txt').read_text())
-    assert sorted(listed) == sorted(path.name for path in (copy / 'scripts').iterdir()) == ['browser.py', 'grade.py', 'marker_sequence.py']
+    scripts = sorted(path.name for path in (copy / 'scripts').iterdir())
+    assert sorted(listed) == scripts == ['browser.py', 'grade.py', 'marker_sequence.py']
     for page in [copy / 'README.md', *(copy / 'docs').glob('*.md')]:
         for target in re.findall(r'\]\(([^)#\s]+)', page.read_text()):
             assert '://' in target or (page.parent / target).exists(), f'{page.name}: {target}'
