@@ -5,6 +5,7 @@ The nodes of the course are described in docs/nodes.md, with its launch files; a
 import ast
 import importlib.machinery
 import importlib.util
+import os
 import pathlib
 import re
 import subprocess
@@ -185,6 +186,9 @@ def test_every_stand_in_with_nodes_is_in_the_readme():
     for name, page in (('docs/programs.md', PROGRAMS_PAGE), ('docs/browser.md', BROWSER_PAGE)):
         if name in linked:
             linked |= {link.replace('../', '', 1) for link in re.findall(r'\(([^)]+)\)', page)}
+    for room in [link for link in linked if re.fullmatch(r'packages/\w+/README\.md', link)]:
+        page = (REPOSITORY / room).read_text(encoding='utf-8')
+        linked |= {os.path.join(os.path.dirname(room), link) for link in re.findall(r'\(([^)]+)\)', page)}
     assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= linked
 
 
