@@ -28,9 +28,9 @@ try:
 except ImportError:
     pass  # its tests are skipped
 else:
-    hypothesis.settings.register_profile('release', derandomize=True, database=None, deadline=None)
-    hypothesis.settings.register_profile('change', hypothesis.settings.get_profile('release'), max_examples=15)
-    hypothesis.settings.load_profile('release')  # the plugin loads the other, if only a change is tested
+    hypothesis.settings.register_profile('nightly', derandomize=True, database=None, deadline=None)
+    hypothesis.settings.register_profile('change', hypothesis.settings.get_profile('nightly'), max_examples=15)
+    hypothesis.settings.load_profile('nightly')  # the plugin loads the other, if only a change is tested
 
 
 @pytest.fixture(autouse=True)

@@ -28,7 +28,7 @@ def parse(arguments):
     parser.add_argument('names', nargs='*', metavar='NAME', help='only tests whose KIND/PATH contains a NAME')
     amount = parser.add_mutually_exclusive_group()
     amount.add_argument('--fast', action='store_true', help='only units that are not slow, lint and types')
-    amount.add_argument('--all', action='store_true', help='also the tests for a release')
+    amount.add_argument('--all', action='store_true', help='also the nightly tests')
     parser.add_argument('--results', type=Path, required=True, help=argparse.SUPPRESS)
     return parser.parse_args(arguments)
 

@@ -13,14 +13,14 @@ STEPS = [step.page.relative_to(REPOSITORY).as_posix() for step in course.steps(R
 IN_A_BROWSER = [name for name in STEPS if name.split('/')[1] < '12']  # a day's course, in one tab
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('page', ['README.md', *STEPS])
 def test_page(page, run_case, case_folder):
     needs_workspace()
     run_case(sys.executable, CHECK, page, case_folder)
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.timeout(1800)  # the terminals and the picture of a browser are slower, too
 @pytest.mark.parametrize('pages', [IN_A_BROWSER], ids=['browser/course'])
 def test_pages_in_one_tab_of_a_browser(pages, run_case, case_folder):
@@ -31,7 +31,7 @@ def test_pages_in_one_tab_of_a_browser(pages, run_case, case_folder):
     run_case(sys.executable, CHECK, *pages, case_folder, '--browser')
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('number', range(3), ids='seeds/{}'.format)
 def test_seed(number, run_case, case_folder):
     needs_workspace()

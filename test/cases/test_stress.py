@@ -9,7 +9,7 @@ from collection.kinds import REPOSITORY
 SUITES = 'soak', 'web', 'interrupts'
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('suite', SUITES)
 def test_stress(suite, run_case, case_folder):
     run_case(sys.executable, REPOSITORY / 'stress' / 'campaign.py', suite, '--small', '--seed', '1',

@@ -20,7 +20,7 @@ def pytest_addoption(parser):
     """Add the options of ./run test."""
     group = parser.getgroup('turtle_robotont')
     group.addoption('--fast', action='store_true', help='only units that are not slow, lint and types')
-    group.addoption('--all', action='store_true', help='also the tests for a release')
+    group.addoption('--all', action='store_true', help='also the nightly tests')
     group.addoption('--select', metavar='NAME', action='append', default=[],
                     help='only tests whose KIND/PATH contains NAME')
     group.addoption('--kinds', metavar='KIND,...', help=f'only these kinds: {", ".join(kinds.TIME_LIMITS)}')
@@ -39,7 +39,7 @@ def pytest_configure(config):
     config.case_folder = lambda item: config.results / kinds.name_of(item)
     if ros.workspace_packages() and 'PYTEST_XDIST_WORKER' not in os.environ:
         ros.answer_rosversion(config.results / 'bin')
-    if not _wants_release(config):
+    if not _wants_nightly(config):
         os.environ[rostests.CHANGE] = '1'
         if util.find_spec('hypothesis'):
             import hypothesis
@@ -118,12 +118,14 @@ def pytest_collection_modifyitems(config, items):
         item.add_marker(item.kind)
         if kinds.is_slow(item.path):
             item.add_marker('slow')
+        if item.get_closest_marker('release'):
+            item.add_marker('nightly')
         item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))
         one_in = item.get_closest_marker('one_in')
         if one_in:
             test = item.path, item.originalname
             if cases[test] % one_in.args[0]:
-                item.add_marker('release')
+                item.add_marker('nightly')
             cases[test] += 1
         (kept if _is_wanted(item, names, config) else left).append(item)
     config.hook.pytest_deselected(items=left)
@@ -139,13 +141,13 @@ def pytest_collection_finish():
 def _is_wanted(item, names, config):
     if not kinds.is_selected(kinds.name_of(item), names):
         return False
-    return _wants_release(config) or not item.get_closest_marker('release')
+    return _wants_nightly(config) or not item.get_closest_marker('nightly')
 
 
-def _wants_release(config):
-    """Return whether the tests that only a release needs are wanted: with --all, by a name, or by their mark."""
+def _wants_nightly(config):
+    """Return whether the nightly tests are wanted: with --all, by a name, or by their mark."""
     return bool(config.getoption('all') or config.getoption('select')
-                or 'release' in (config.getoption('markexpr') or ''))
+                or 'nightly' in (config.getoption('markexpr') or ''))
 
 
 def _longest_first(items):

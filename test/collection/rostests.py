@@ -6,21 +6,21 @@ import pytest
 
 from collection import kinds, programs, warm
 
-CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what only a release needs
+CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what is nightly
 OUTCOMES = 'passed', 'failed', 'skipped'
 TIME_LIMIT = re.compile(r'time-limit="(\d+)"')  # [s]
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
 
 
 class RostestFile(pytest.File):
-    """A .test file; it holds one test, which a comment ``<!-- release: why -->`` leaves to --all."""
+    """A .test file; it holds one test, which a comment ``<!-- nightly: why -->`` leaves to --all."""
 
     def collect(self):
         """Return the test."""
         item, text = Rostest.from_parent(self, name=self.path.stem), self.path.read_text(encoding='utf-8')
         item.time_limit = sum(map(int, TIME_LIMIT.findall(text)))
-        if '<!-- release: ' in text:
-            item.add_marker('release')
+        if '<!-- nightly: ' in text or '<!-- release: ' in text:
+            item.add_marker('nightly')
         yield item
 
 

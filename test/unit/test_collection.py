@@ -72,15 +72,15 @@ def collected(*options):
     (['--select=page/course/03_'], ['test/cases/test_page.py::test_page[course/03_stop_at_x/README.md]']),
     (['test/cases/test_page.py'], []),
     (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-], ids=['function', 'of a file', 'rostest', 'check', 'rostest not fast', 'page', 'page not released', 'mark'])
+], ids=['function', 'of a file', 'rostest', 'check', 'rostest not fast', 'page', 'page not nightly', 'mark'])
 @pytest.mark.one_in(3)
 def test_selection(options, names):
     assert collected(*options) == names
 
 
-def test_all_of_a_release_is_more():
+def test_all_runs_the_nightly_tests_too():
     pages = collected('--all', 'test/cases/test_page.py')
-    assert len(pages) > 35 and pages == collected('-m', 'release', 'test/cases/test_page.py')
+    assert len(pages) > 35 and pages == collected('-m', 'nightly', 'test/cases/test_page.py')
 
 
 def test_a_change_runs_some_of_the_cases():

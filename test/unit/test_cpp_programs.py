@@ -127,7 +127,7 @@ def build(src, environment, *command):
     assert {path.name for path in (src.parent).glob('devel*/**/lib/my_course/*')} == {'follower', 'server'}
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_an_overlay_is_built(package):
     setup = pathlib.Path(os.environ.get('VIRTUAL_ENV', '/')).parent / 'env.bash'
     if not setup.is_file():
@@ -135,7 +135,7 @@ def test_an_overlay_is_built(package):
     build(package, CLEAN, 'bash', '-c', '. "$0"; exec catkin_make', str(setup))
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.skipif(not shutil.which('catkin_make'), reason='there is no catkin')
 def test_a_workspace_that_our_packages_are_linked_into_is_built_at_once(package):
     """In a terminal that has not sourced anything, from nothing: the messages are made in the same run."""

@@ -20,7 +20,7 @@ def test_notebook_is_valid_and_kept_without_outputs(notebook):
     assert [cell for cell in notebook.cells if cell.get('outputs') or cell.get('execution_count')] == []
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_every_cell_runs(notebook, tmp_path, monkeypatch):
     monkeypatch.setenv('IPYTHONDIR', str(tmp_path))
     monkeypatch.setenv('JUPYTER_RUNTIME_DIR', str(tmp_path))

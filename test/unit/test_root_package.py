@@ -66,7 +66,7 @@ def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
            f'{workspace}' in said
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_without_the_marker_messages_it_stops_too(tmp_path):
     workspace = make_workspace(tmp_path)
     interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'packages' / 'simulation' / 'turtlesim')
@@ -107,7 +107,7 @@ def start(workspace, master, script, output):
         cwd=workspace)
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('script', sorted(path.name for path in (REPOSITORY / 'scripts').glob('*.py')))
 def test_program_starts_from_the_install_space(installed, master, tmp_path, script):
     """A node registers at the master; a starter says which package is missing, and what to type."""
@@ -133,7 +133,7 @@ def said(folder):
     return (folder / 'output').read_text()
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_launch_files_and_docs_are_installed(installed):
     share = installed / 'install' / 'share' / 'turtle_robotont'
     for name in ('launch', 'docs'):

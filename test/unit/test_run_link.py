@@ -134,7 +134,7 @@ def built(tmp_path_factory):
     return workspace, programs
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('space', ['devel', 'install'])
 @pytest.mark.parametrize('first', ['', 'conda/bin:'])
 def test_setup_puts_the_python_of_the_nodes_first(built, tmp_path, space, first):

@@ -139,7 +139,7 @@ def test_a_copy_that_is_interrupted_leaves_nothing(tmp_path):
     assert 'KeyboardInterrupt' in done.stderr and os.listdir(tmp_path / 'src') == []
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_the_package_is_built_with_catkin_make(src, tmp_path):
     (tmp_path / 'src').mkdir()
     for name in ('turtle_robotont', 'turtlesim', 'ar_track_alvar_msgs'):

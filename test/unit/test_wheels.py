@@ -55,7 +55,7 @@ def python(tmp_path_factory, wheels):
     return folder / 'bin' / 'python3'
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
     assert set(wheels) == set(FOLDERS)
     for name, path in wheels.items():
@@ -78,7 +78,7 @@ def test_setuptools_which_catkin_install_uses_reads_the_file(name):
     assert run(sys.executable, 'setup.py', '--version', cwd=FOLDERS[name]).split()[-1] == version
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_every_module_imports_without_ros(python):
     modules = ['.'.join(path.relative_to(FOLDERS[name] / 'src').with_suffix('').parts)
                for name in FOLDERS for path in (FOLDERS[name] / 'src').rglob('[!_]*.py')

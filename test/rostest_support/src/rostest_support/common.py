@@ -47,13 +47,16 @@ BACKGROUND = (69, 86, 255)
 PEN = (179, 184, 255)
 FLOAT32_TOLERANCE = 1e-5  # [m, rad] largest rounding error of float32 fields and their sums
 
-CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what only a release needs
+CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what is nightly
 
 
-def release(method):
-    """Mark a method of a test case that only a release needs: ./run test leaves it out, ./run test NAME does not."""
-    method.of_a_release = True
+def nightly(method):
+    """Mark a method of a test case: ./run test leaves it out, ./run test --all and ./run test NAME do not."""
+    method.is_nightly = True
     return method
+
+
+release = nightly  # the earlier name
 
 
 def one_in(number, cases):
@@ -68,7 +71,7 @@ def run(*cases):
     if not owners.keys() >= set(methods):
         raise SystemExit(f'{sys.argv[0]} has no {", ".join(sorted(set(methods) - owners.keys()))}')
     if CHANGE in os.environ:
-        methods = [name for name in methods if not getattr(getattr(owners[name], name), 'of_a_release', False)]
+        methods = [name for name in methods if not getattr(getattr(owners[name], name), 'is_nightly', False)]
     suite = (_TestsApart if len(methods) > 1 else unittest.TestSuite)(owners[method](method) for method in methods)
     rospy.init_node(_name())
     result = rosunit.create_xml_runner(PACKAGE, _name(), _result_file()).run(suite)
