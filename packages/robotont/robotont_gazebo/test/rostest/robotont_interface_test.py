@@ -5,9 +5,10 @@ import math
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import CameraInfo, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+from sim_ros.msg import ClockStatus
 
-from rostest_support.common import DEADLINE, median_rate, registered_names, run, until
+from rostest_support.common import median_rate, registered_names, run, until
 from rostest_support.robotont import RobotontCase
 
 ALWAYS = {'odom', '/tf', 'joint_states', '~ground_truth', '~world', '~clock_status', '/rosout'}
@@ -57,9 +58,20 @@ class InterfaceTest(RobotontCase):
         stamps = [message.header.stamp.to_sec() for message in collected.some(start, round(rate * RATE_TIME) + 1)]
         self.assertAlmostEqual(rate, median_rate(stamps, span=round(rate / 2.0)), delta=rate * RATE_TOLERANCE)
 
+    def test_robotont_lockstep_leaves_no_image_out(self):
+        images = self.collected('camera/color/image_raw', Image)
+        start = len(images.messages)
+        stamps = [message.header.stamp.to_sec() for message in images.some(start, 31)]
+        for earlier, later in zip(stamps, stamps[1:]):
+            self.assertAlmostEqual(1.0 / 30.0, later - earlier, delta=1e-6)
+        self.assertTrue(self.message('~clock_status', ClockStatus).lockstep)
+        # it would never be idle: roscpp checks /clock a thousand times a second
+        self.assertNotIn('/clock', registered_names('/robot_state_publisher')[1])
+
     def test_robotont_nuc(self):
-        self.assert_simulator()
-        self.assert_registered('/robotont_camera', {*CAMERA, '/rosout'}, {'~ground_truth', '~world', '~moving_panels'})
+        self.assert_simulator({'/clock'})
+        self.assert_registered('/robotont_camera', {*CAMERA, '/rosout'},
+                               {'/clock', '~ground_truth', '~world', '~moving_panels'})
         lookup = self.assert_frames('base_footprint', 'base_link', 'camera_link', 'rim_back_link', 'rim_left_link',
                                     'rim_right_link', 'camera_color_optical_frame', 'camera_depth_optical_frame')
         start = lookup('odom', 'base_footprint').translation
@@ -90,17 +102,17 @@ class InterfaceTest(RobotontCase):
             self.assertAlmostEqual(2.0 * 0.146 / 0.035, speed, delta=1e-6)
 
     def test_robotont_lidar_in_namespace(self):
-        self.space = '/robot1/'
+        self.space = '/colors/'
         self.assert_simulator({'scan'})
         lookup = self.assert_frames('base_footprint', 'base_link', 'hokuyo_link', 'rim_back_link')
         self.assertAlmostEqual(0.135, lookup('base_link', 'hokuyo_link').translation.z, delta=1e-9)
         odometry = self.message('odom', Odometry)
-        self.assertEqual(('robot1/odom', 'robot1/base_footprint'), (odometry.header.frame_id, odometry.child_frame_id))
-        self.assertEqual(['robot1/rim_back_joint', 'robot1/rim_right_joint', 'robot1/rim_left_joint'],
+        self.assertEqual(('colors/odom', 'colors/base_footprint'), (odometry.header.frame_id, odometry.child_frame_id))
+        self.assertEqual(['colors/rim_back_joint', 'colors/rim_right_joint', 'colors/rim_left_joint'],
                          self.message('joint_states', JointState).name)
         scans = self.collected('scan', LaserScan)
         scan = scans.messages[0]
-        self.assertEqual('robot1/hokuyo_link', scan.header.frame_id)
+        self.assertEqual('colors/hokuyo_link', scan.header.frame_id)
         self.assertEqual(720, len(scan.ranges))
         for value, field in ((-math.pi, 'angle_min'), (math.pi, 'angle_max'), (0.1, 'range_min'), (30.0, 'range_max'),
                              (0.025, 'scan_time')):
@@ -124,9 +136,9 @@ class InterfaceTest(RobotontCase):
         self.assert_at(self.truth(), 1.5, 0.0, 0.0)
 
     def test_robotont_camera_in_namespace(self):
-        self.space = '/robot1/'
-        info = rospy.wait_for_message('/robot1/camera/color/camera_info', CameraInfo, DEADLINE)
-        self.assertEqual('robot1/camera_depth_optical_frame', info.header.frame_id)
+        self.space = '/minimaze_ar/'
+        info = self.message('camera/color/camera_info', CameraInfo)
+        self.assertEqual('minimaze_ar/camera_depth_optical_frame', info.header.frame_id)
         self.assertEqual((640, 480), (info.width, info.height))
         self.assertAlmostEqual(320.0, info.K[0], delta=1e-6)
 

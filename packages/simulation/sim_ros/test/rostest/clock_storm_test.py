@@ -8,13 +8,12 @@ import threading
 import time
 import unittest
 
-import roslib.packages
 import rospy
 from sim_ros.msg import ClockStatus
 from sim_ros.srv import Step
 from std_srvs.srv import Trigger
 
-from rostest_support.common import DEADLINE, Collected, Process, proxy, run, until
+from rostest_support.common import DEADLINE, Collected, own_simulator, proxy, run, until
 
 SECONDS = 4.0  # before the fix, a pause and a resume ended a simulator within 1 s
 STEPPED = (0, 1, 2, 25, 100)  # steps of one call
@@ -22,12 +21,12 @@ STEPPED = (0, 1, 2, 25, 100)  # steps of one call
 
 class ClockStormTest(unittest.TestCase):
 
-    def storm(self, simulator):
+    def storm(self):
         """Let the clients call; return (steps asked for, answer) of all calls of ~step."""
         answers, end = [], time.monotonic() + SECONDS
 
         def client(name, kind, arguments):
-            call = rospy.ServiceProxy(f'/{simulator}/{name}', kind, persistent=True)
+            call = rospy.ServiceProxy(f'/turtlesim/{name}', kind, persistent=True)
             while time.monotonic() < end:
                 for argument in arguments:
                     try:
@@ -41,15 +40,15 @@ class ClockStormTest(unittest.TestCase):
         until(lambda: not any(thread.is_alive() for thread in threads), 'an answer to every call', SECONDS + DEADLINE)
         return [(argument[0], answer) for argument, answer in answers if argument]
 
-    def check(self, package, simulator):
+    def test_turtlesim_clock_storm(self):
         folder = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, folder)
         recording = os.path.join(folder, 'storm.csv')
-        process = Process(roslib.packages.find_node(package, simulator)[0], '_clock:=true', f'_record:={recording}')
+        process = own_simulator('_clock:=true', f'_record:={recording}')
         self.addCleanup(process.stop)
-        rospy.wait_for_service(f'/{package}/step', DEADLINE)
-        status, step = Collected(f'/{package}/clock_status', ClockStatus), proxy(f'/{package}/step', Step)
-        answers = self.storm(package)
+        rospy.wait_for_service('/turtlesim/step', DEADLINE)
+        status, step = Collected('/turtlesim/clock_status', ClockStatus), proxy('/turtlesim/step', Step)
+        answers = self.storm()
         refusals = {str(answer) for _, answer in answers if isinstance(answer, rospy.ServiceException)}
         self.assertEqual([], [text for text in refusals if 'the simulator was resumed in the meantime' not in text])
         made = sorted((answer.steps - steps, answer.steps) for steps, answer in answers
@@ -57,7 +56,7 @@ class ClockStormTest(unittest.TestCase):
         self.assertGreater(len(made), 10)
         for (_, end), (begin, _) in zip(made, made[1:]):
             self.assertLessEqual(end, begin, 'a step was given to two clients')
-        self.assertTrue(proxy(f'/{package}/pause', Trigger)().success)
+        self.assertTrue(proxy('/turtlesim/pause', Trigger)().success)
         self.assertEqual(step(0).steps + 7, step(7).steps)
         last = step(0)
         until(lambda: (status.messages[-1].steps, status.messages[-1].paused) == (last.steps, True),
@@ -68,12 +67,6 @@ class ClockStormTest(unittest.TestCase):
         with open(recording, newline='', encoding='utf-8') as file:
             ticks = [int(row['tick']) for row in csv.DictReader(file)]
         self.assertEqual(list(range(last.steps)), ticks)
-
-    def test_turtlesim_clock_storm(self):
-        self.check('turtlesim', 'turtlesim_node')
-
-    def test_robotont_clock_storm(self):
-        self.check('robotont_gazebo', 'robotont_gazebo')
 
 
 if __name__ == '__main__':

@@ -53,6 +53,10 @@ class InterfaceTest(SimulatorCase):
         self.assert_pose(pose, MIDDLE, MIDDLE, 0.0, tolerance=0.0)
         self.assertEqual((0.0, 0.0), (pose.linear_velocity, pose.angular_velocity))
 
+    def test_turtlesim_pose_rate(self):
+        """By the wall clock, over half-second sections of four seconds."""
+        self.assertAlmostEqual(62.5, self.poses().rate(250, span=31), delta=3.0)
+
     def test_turtlesim_clock_status(self):
         """Also without /clock, and when a step is due at the moment of the change."""
         self.addCleanup(lambda: set_rate(1.0))

@@ -132,6 +132,10 @@ class PictureTest(SimulatorCase):
             until(lambda: self.busy_threads(poses) <= idle, 'an end of making pictures')
         self.assertTrue(self.loads_opencv())
 
+    def test_turtlesim_image_rate(self):
+        """~image_rate sets how often images come; making them takes its time, too, so it is a little less."""
+        self.assertAlmostEqual(9.0, Collected(IMAGE, Image).rate(20, 5), delta=3.0)
+
     def test_turtlesim_snapshot(self):
         """Saves the picture as a new PNG file and returns its path."""
         self.call('turtle1/teleport_absolute', 2.0, 3.0, 0.0)

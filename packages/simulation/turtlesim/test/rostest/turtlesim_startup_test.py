@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
-"""How a simulator begins and ends: its first lines, parameters, displays. Each test starts its own."""
+"""How a simulator begins and ends: its first names and lines, parameters, displays. Each test starts its own."""
+import re
 import signal
+import threading
 import time
+import xmlrpc.client
 
+import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
 
@@ -48,6 +52,65 @@ class StartupTest(SimulatorCase):
         simulator.wait_for_output(r'(?m)^\[INFO\].*: Starting turtlesim with node name /turtlesim$')
         simulator.wait_for_output(r'(?m)^\[INFO\].*: Spawning turtle \[turtle1\] at '
                                   r'x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]$')
+
+    def watch(self):
+        """Return a list that gets the names of the simulator's services and topics, in the order of their coming.
+
+        A thread looks at the master all the time; what comes between two looks has no order.
+        """
+        found, master = [], xmlrpc.client.ServerProxy(rosgraph.get_master_uri())
+
+        def look():
+            known = set()
+            while not done.is_set():
+                state = master.getSystemState('/test')[2]
+                names = {name for kind in state for name, nodes in kind if '/turtlesim' in nodes}
+                found.append(names - known)
+                known |= names
+        done = threading.Event()
+        thread = threading.Thread(target=look, daemon=True)
+        thread.start()
+        self.addCleanup(thread.join, DEADLINE)
+        self.addCleanup(done.set)
+        return found
+
+    def place(self, found, name):
+        """Return at which look a name was seen first."""
+        return until(lambda: [number for number, names in enumerate(list(found)) if name in names], name)[0]
+
+    def test_turtlesim_order_at_start(self):
+        """clear, reset, spawn and kill come first, then turtle1's: topics, then services; so do the lines of the log.
+
+        A client that waits for /spawn or /clear and calls at once is answered, and turtle1 is there then.
+        """
+        found = self.watch()
+        simulator = own_simulator()
+        self.addCleanup(simulator.stop)
+        rospy.wait_for_service('/clear', DEADLINE)
+        self.call('clear')
+        self.assertEqual('turtle2', self.call('spawn', 1.0, 1.0, 0.0, '').name)
+        names = ('/clear', '/reset', '/spawn', '/kill', '/turtle1/cmd_vel', '/turtle1/pose', '/turtle1/color_sensor',
+                 '/turtle1/set_pen', '/turtle1/teleport_relative', '/turtle1/teleport_absolute')
+        places = [self.place(found, name) for name in names]
+        self.assertEqual(sorted(places), places, list(zip(places, names)))
+        self.assertLess(places[3], self.place(found, '/turtle2/cmd_vel'))
+        lines = re.findall(r'Starting|Spawning turtle \[\w+\]|Clearing', simulator.output())
+        self.assertEqual(['Starting', 'Spawning turtle [turtle1]', 'Clearing', 'Spawning turtle [turtle2]'], lines)
+
+    def test_turtlesim_order_of_log_and_answer(self):
+        """After an answer, the line of the call is in the log, before the lines of its effects."""
+        simulator = own_simulator()
+        self.addCleanup(simulator.stop)
+        self.wait_for_turtle1()
+        for name, values, last in (('spawn', (1.0, 1.0, 0.0, 'anna'), r'Spawning turtle \[anna\]'),
+                                   ('clear', (), 'Clearing'), ('reset', (), r'Resetting turtlesim\.(.|\n)*'
+                                                                            r'Spawning turtle \[turtle1\]')):
+            self.call(name, *values)
+            self.assertRegex(simulator.output(), last)
+            self.refused('kill', 'nobody')
+            lines = simulator.output().splitlines()
+            self.assertIn('Tried to kill turtle [nobody]', lines[-1])
+            self.assertRegex('\n'.join(lines[:-1]), last)
 
     @release
     def test_turtlesim_log_of_services(self):
