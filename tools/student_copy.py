@@ -21,7 +21,7 @@ COPIED = (  # files, and folders with all that is in them
     'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
     'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',
     'packages',
-    'vision/bench/markers_cli.py',  # ./run markers
+    'tools/bench/markers_cli.py',  # ./run markers
     'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
     'scripts/browser.py', 'scripts/grade.py', 'scripts/marker_sequence.py',
     'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',
@@ -29,7 +29,7 @@ COPIED = (  # files, and folders with all that is in them
     'docs/grading_security.md', 'docs/images/browser.png', 'docs/installation.md', 'docs/programs.md',
     'docs/simulated_time.md', 'docs/troubleshooting.md', 'docs/two_machines.md')
 PATROL = 'packages/navigation/robotont_navigation/scripts/patrol.py'  # the program of step 28
-LEFT_BEHIND = shutil.ignore_patterns('test', 'bench', 'samples', '__pycache__', '.*')  # folders in them
+LEFT_BEHIND = shutil.ignore_patterns('test', 'samples', '__pycache__', '.*')  # folders in them
 MARK = 'WITHOUT_SOLUTIONS'  # a file that says what a copy is; ./run reads it, too
 README = '''\
 # turtle_robotont, without solutions

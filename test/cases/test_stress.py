@@ -1,5 +1,4 @@
 """Attacks on the nodes, a little of each; ./run stress has the full campaign."""
-import os
 import sys
 
 import pytest
@@ -12,6 +11,5 @@ SUITES = 'soak', 'web', 'interrupts'
 @pytest.mark.nightly
 @pytest.mark.parametrize('suite', SUITES)
 def test_stress(suite, run_case, case_folder):
-    run_case(sys.executable, REPOSITORY / 'stress' / 'campaign.py', suite, '--small', '--seed', '1',
-             '--json', case_folder / 'figures.json',
-             PYTHONPATH=f'{REPOSITORY / "bench"}:{os.environ.get("PYTHONPATH", "")}')
+    run_case(sys.executable, REPOSITORY / 'tools' / 'bench' / 'campaign.py', suite, '--small', '--seed', '1',
+             '--json', case_folder / 'figures.json')

@@ -56,11 +56,11 @@ INTERNALS = 'packages/support/rospy_support/src/rospy_support/rospy_internals'  
 REPAIR = 'packages/support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
-REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', 'packages'), ('requirements.txt',))  # of commands
+REQUIREMENTS = dict.fromkeys(('tools', 'scripts', 'src', 'packages'), ('requirements.txt',))  # of commands
 EXTRAS = {'gymnasium', 'Jinja2'}  # of kinematic_core; Debian's python3-jinja2 is there where the tests' one is not
 
 TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start
-MODULES = sorted({path for folder in ('src', 'packages', 'test', 'scripts', 'bench', 'stress')
+MODULES = sorted({path for folder in ('src', 'packages', 'test', 'scripts', 'tools')
                   for path in (REPOSITORY / folder).rglob('*.py')}
                  | {path for package in PACKAGES.values() for path in package.python()})
 LESSON_PACKAGES = ('actionlib_tutorials', 'robotont_navigation', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf',
@@ -71,8 +71,7 @@ OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', '
               'sensor_msgs.point_cloud2'}  # and messages, the standard library, one module of the own package
 OWN_MODULES = 1
 FILES = {name: package.python() for name, package in PACKAGES.items()}
-FILES['bench'] = sorted(path for pattern in ('bench', '*/bench') for path in REPOSITORY.glob(f'{pattern}/**/*.py'))
-FILES['stress'] = sorted((REPOSITORY / 'stress').rglob('*.py'))
+FILES['bench'] = sorted((REPOSITORY / 'tools' / 'bench').rglob('*.py'))
 each_package = pytest.mark.parametrize('package', PACKAGES.values(), ids=list(PACKAGES))
 
 

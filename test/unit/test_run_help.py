@@ -7,6 +7,7 @@ import subprocess
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+FILES = [REPOSITORY / 'run', *(REPOSITORY / 'tools').glob('*.bash')]
 COMMANDS = re.findall(r'^describe (\w+) ', (REPOSITORY / 'run').read_text(encoding='utf-8'), re.MULTILINE)
 
 
@@ -40,6 +41,12 @@ def test_wrong_usage_gets_the_usage_of_the_command(tmp_path, arguments, said):
                           capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 2 and said in done.stderr
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize('file', FILES, ids=lambda path: path.name)
+def test_paths_that_a_command_names_exist(file):
+    named = set(re.findall(r'(?:\bin_copy |\$repo"?/)([\w./-]*\w)', file.read_text(encoding='utf-8')))
+    assert {path for path in named - {'output', 'PATH'} if not (REPOSITORY / path).exists()} == set()
 
 
 def test_the_commands_were_found():

@@ -4,7 +4,7 @@ They are measured, not derived: with these values ``./run bench markers FRAMES``
 recall, pose errors, false detections, wrong ids and flips. ``./run bench markers FRAMES --sensitivity`` changes each
 number by -10 % and +10 % (whole numbers by at least 1) and prints what that does to the score. The scenes that it adds
 to the frames (7x7 markers, margins that are not the detector's, motion, bundles) are rendered by
-vision/bench/sensitivity.py.
+tools/bench/sensitivity.py.
 docs/marker_thresholds.md holds the table of the last run; "Sensitivity" at each group below is its summary: recall in
 markers, 95th percentile of the rotation error in degrees. Nothing gave a false detection, a
 wrong id or an unflagged flip.

@@ -8,10 +8,9 @@ something could not be measured or a required target is missed, 2 usage error, 1
 
 import argparse
 import fnmatch
-import glob
 import importlib
 import os
-import re
+import pathlib
 import sys
 from types import SimpleNamespace
 
@@ -21,9 +20,8 @@ from figures import OURS, PEER, judge
 from processes import BenchError, Child
 from session import Subject, find_node, split_command
 
-REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each beside the code that it measures
-sys.path += FOLDERS
+FOLDER = pathlib.Path(__file__).resolve().parent
+REPOSITORY = FOLDER.parents[1]
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
 ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading', 'hints'), 'sensitivity': ('markers',),
@@ -32,9 +30,8 @@ BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
 
 
 def suites():
-    """Return the names of the suites: NAME of each file suite_NAME.py in FOLDERS."""
-    files = [name for folder in FOLDERS for name in os.listdir(folder)]
-    return sorted(found.group(1) for found in map(re.compile(r'suite_(\w+)\.py').fullmatch, files) if found)
+    """Return the names of the suites: NAME of each file suite_NAME.py."""
+    return sorted(path.stem[len('suite_'):] for path in FOLDER.glob('suite_*.py'))
 
 
 def parse(arguments):
