@@ -71,7 +71,9 @@ def pytest_ignore_collect(collection_path, config):
         return None
     path = collection_path
     if path.name.startswith('test_') or path.suffix == '.test':
-        if kinds.kind_of(path) not in config.wanted_kinds or config.getoption('fast') and kinds.is_slow(path):
+        if kinds.kind_of(path) not in config.wanted_kinds:
+            return True
+        if config.getoption('fast') and path.suffix == '.py' and kinds.is_slow(path):
             return True
         return not kinds.may_hold(path, config.getoption('select')) or None
     return None
@@ -116,8 +118,6 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         item.kind = kinds.kind_of(item.path)
         item.add_marker(item.kind)
-        if kinds.is_slow(item.path):
-            item.add_marker('slow')
         if item.get_closest_marker('release'):
             item.add_marker('nightly')
         item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))

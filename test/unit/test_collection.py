@@ -14,6 +14,8 @@ import run_tests
 from collection import kinds, programs, rostests
 from rostest_support.waiting import until
 
+pytestmark = pytest.mark.slow
+
 RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
 DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
 PASSES = '<testsuite tests="1" failures="0" errors="0" name="s"><testcase classname="A" name="a"/></testsuite>'
@@ -65,7 +67,8 @@ def collected(*options):
 @pytest.mark.parametrize('options, names', [
     (['--select=test_an_interrupt_ends_every_run'],
      ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
-    (['--select=test_collection.py::test_slow_files_exist'], ['test/unit/test_collection.py::test_slow_files_exist']),
+    (['--select=test_collection.py::test_all_runs_the_nightly_tests_too'],
+     ['test/unit/test_collection.py::test_all_runs_the_nightly_tests_too']),
     (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
     (['--select=lesson_square.test', '--fast'], []),
@@ -87,11 +90,6 @@ def test_a_change_runs_some_of_the_cases():
     file, test = 'test/unit/test_root_package.py', 'test_without_turtlesim_cmake_stops_and_says_what_to_type'
     some, every = ([name for name in collected(*options, file) if test in name] for options in ([], ['--all']))
     assert some == every[::2] and len(every) == 2
-
-
-def test_slow_files_exist():
-    files = {path.name for path in kinds.REPOSITORY.glob('**/test_*.py')}
-    assert set(kinds.SLOW) <= files and not any(path.name in kinds.SLOW for path in kinds.CASES.iterdir())
 
 
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])

@@ -7,6 +7,8 @@ import textwrap
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SUPPORT = REPOSITORY / 'packages' / 'support' / 'rospy_support'
 VARIABLE, SWITCH = 'CPLUS_INCLUDE_PATH', 'TURTLE_ROBOTONT_CPP_HEADERS'

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from roslaunch.rlutil import check_roslaunch
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 LEFT_OUT = re.compile(r'course/|test/data/|output/|(.*/)?\.')
 LAUNCH_FILES = sorted(path for path in (found.relative_to(REPOSITORY) for found in REPOSITORY.rglob('*.launch'))

@@ -20,6 +20,8 @@ from sim_scene import worlds
 from unit_support.course_files import EXERCISES
 from usb_cam.core import calibration
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 MAX_TEXT = 1000  # characters of an error
 TIME_LIMIT = 20.0  # [s] on a loaded machine, for a refusal that takes far less than 1 s

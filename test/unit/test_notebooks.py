@@ -5,6 +5,8 @@ import nbclient
 import nbformat
 import pytest
 
+pytestmark = pytest.mark.slow
+
 DOCS = pathlib.Path(__file__).resolve().parents[2] / 'docs'
 NOTEBOOKS = sorted(DOCS.glob('*.ipynb'))
 CELL_TIMEOUT = 120  # [s]; the slowest takes 3

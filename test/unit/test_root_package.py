@@ -13,6 +13,8 @@ import pytest
 
 from rospy_support.own_master import own_master
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
                'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # the programs need only Python

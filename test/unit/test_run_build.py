@@ -9,6 +9,8 @@ import pytest
 
 from rostest_support.waiting import until
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '
 STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" '

@@ -6,6 +6,8 @@ import subprocess
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 FILES = [REPOSITORY / 'run', *(REPOSITORY / 'tools').glob('*.bash')]
 COMMANDS = re.findall(r'^describe (\w+) ', (REPOSITORY / 'run').read_text(encoding='utf-8'), re.MULTILINE)

@@ -8,6 +8,8 @@ import venv
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ALL_PACKAGES = {path.parent.name: path.parent for pattern in ('packages/**/package.xml', 'test/*/package.xml')
                 for path in REPOSITORY.glob(pattern)}

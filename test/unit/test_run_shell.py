@@ -6,6 +6,8 @@ import subprocess
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WRITE = '. "$0/tools/environment.bash"; ws=$1; mkdir -p "$ws"; write_shell_files'
 

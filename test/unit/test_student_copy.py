@@ -11,6 +11,8 @@ import pytest
 from plain_support import course
 from unit_support.course_files import COURSE, EXERCISES, programs
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WINDOW = 6  # statements in a row that only a solution has
 BUILD_TIMEOUT = 300.0  # [s]; it takes 40

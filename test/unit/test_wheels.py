@@ -13,6 +13,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 FOLDERS = {'plain_support': REPOSITORY / 'packages' / 'support' / 'plain_support',
            'kinematic_core': REPOSITORY / 'packages' / 'simulation' / 'kinematic_core',

@@ -18,6 +18,8 @@ from rospy_support import images
 from rostest_support import markers
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(autouse=True)
 def no_folder_is_left(monkeypatch):

@@ -12,6 +12,8 @@ from alvar_core.camera import default_camera
 from marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
 from marker_score import Score, score_frame
 
+pytestmark = pytest.mark.slow
+
 CAMERA = default_camera()
 SURFACES = [photo.Flat(), photo.Cylinder(0.06, 0.7), photo.Cylinder(-0.1, 2.0), photo.Creased(0.2, 1.0, 0.01)]
 

@@ -7,6 +7,8 @@ import sensitivity
 from alvar_core.detection import thresholds
 from sensitivity import Part
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize('part, down, up', [
     (Part('A', (), 'A', 0.5), 0.45, 0.55), (Part('A', (), 'A', -0.3), -0.27, -0.33),

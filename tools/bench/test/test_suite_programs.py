@@ -9,6 +9,8 @@ import suite_programs
 from processes import BenchError, stop_all
 from session import FULL
 
+pytestmark = pytest.mark.slow
+
 CONDITIONS = [{'topic'}, {'topic', 'count'}, {'topic', 'contains'}, {'topic', 'moved'},
               {'topic', 'near', 'tolerance'}, {'transform'}, {'output'}]
 FIELDS = {'about', 'of', 'run', 'end', 'within', 'environment'}

@@ -3,7 +3,7 @@ import pytest
 
 from rostest_support import browser
 
-pytestmark = pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)]
 
 
 def test_errors_of_the_page_are_seen_once(tmp_path):

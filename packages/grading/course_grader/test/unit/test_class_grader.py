@@ -15,6 +15,8 @@ from course_grader.classes import class_grader, grade_all, graded, submissions
 from course_grader.isolation import levels
 from rostest_support.waiting import until
 
+pytestmark = pytest.mark.slow
+
 # An attempt that does what the file it is to grade says
 ATTEMPT = r'''
 import os, signal, subprocess, sys, time

@@ -17,6 +17,8 @@ from rostest_support import browser as browsers
 from unit_support import course_files
 from unit_support.graded_turtle import GradedTurtle
 
+pytestmark = pytest.mark.slow
+
 STOP = course_files.EXERCISES['stop_at_x']
 EXERCISES = [f'exercise_{letter}' for letter in 'abcdefghij']
 STUDENTS = [f'Student {number:02}' for number in range(30)] + ['<script>alert(1)</script>']

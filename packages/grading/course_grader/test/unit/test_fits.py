@@ -6,6 +6,8 @@ import pytest
 
 from course_grader.rules import fits
 
+pytestmark = pytest.mark.slow
+
 TOLERANCE = 0.1  # [m]
 
 

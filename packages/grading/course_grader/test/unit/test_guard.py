@@ -21,6 +21,8 @@ from rospy_support import inbound
 from rospy_support.rospy_internals.topics import HOLDER
 from rospy_support.slave_server import SlaveServer
 
+pytestmark = pytest.mark.slow
+
 ANSWERS = '''
 import socket, sys
 import rosgraph.network

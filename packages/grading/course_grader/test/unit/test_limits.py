@@ -11,6 +11,8 @@ from course_grader.isolation import limits
 from course_grader.isolation.limits import Limits, Meter
 from rostest_support.waiting import until
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 200.0  # [s] of wall time, for one of processor time on a loaded machine
 
 

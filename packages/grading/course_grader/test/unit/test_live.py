@@ -18,6 +18,8 @@ from course_grader.classes import live
 from course_grader.classes.live import MAX_REPORTS, MAX_STUDENTS, Board
 from course_grader.rules.scoring import Reason, Verdict
 
+pytestmark = pytest.mark.slow
+
 CODE, TOKEN = 'k3x9qa2bcd', 'a-secret_view'
 TIMEOUT = 20.0  # [s]
 PASSED = Verdict('passed', 100.0, [], [])

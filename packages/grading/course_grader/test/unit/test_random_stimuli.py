@@ -11,6 +11,8 @@ from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from unit_support.course_files import EXERCISES as FILES
 
+pytestmark = pytest.mark.slow
+
 EXERCISES = {name: exercise.load(path) for name, path in FILES.items()}
 SEEDS = range(1000)
 CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most

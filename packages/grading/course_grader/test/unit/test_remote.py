@@ -22,6 +22,8 @@ from rostest_support.waiting import until
 
 distributed = pytest.importorskip('distributed')
 
+pytestmark = pytest.mark.slow
+
 SCHEDULER_TIMEOUT = 90.0  # [s]
 ATTEMPT = r'''
 import os, time

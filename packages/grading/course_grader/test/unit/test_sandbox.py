@@ -11,6 +11,8 @@ from course_grader.isolation import confinement, limits, sandbox
 from plain_support import processes
 from rostest_support.waiting import until
 
+pytestmark = pytest.mark.slow
+
 FORKS = r'''
 import os, signal, sys, time
 signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -7,6 +7,8 @@ import pytest
 
 from course_grader.attempt import static_analysis
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def package(tmp_path, monkeypatch):

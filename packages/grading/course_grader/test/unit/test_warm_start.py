@@ -11,6 +11,8 @@ from course_grader.supervision import warm_start
 from course_grader.supervision.warm_start import WarmStart
 from unit_support.warm_work import report, work
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 10.0  # [s] for what takes well under one
 
 

@@ -7,6 +7,8 @@ from goals import SimulatedRobot
 from kinematic_core.worlds.floor_plan import Box
 from navigation_core.poses import Pose
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize('goal', [Pose(-1.5, 1.5, 2.0), Pose(-2.4, -0.4, -1.0)])
 def test_goal_is_reached_close_enough_and_without_a_detour(goal):

@@ -13,6 +13,8 @@ from navigation_core.slam.mapper import Mapper, Settings, drawn
 from navigation_core.slam.matching import match, thinned
 from unit_support.room import START, WALLS, noisy, scan_at, tour
 
+pytestmark = pytest.mark.slow
+
 
 def driven(settings, degrees=360, deviation=0.02):
     """Return (Mapper, errors [m] of its pose, end error [m] of the odometry) after a tour."""

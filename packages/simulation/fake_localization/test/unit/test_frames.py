@@ -6,6 +6,8 @@ import pytest
 from fake_localization.core.frames import compose, inverse
 from kinematic_core.worlds.planar import ORIGIN, Pose2D
 
+pytestmark = pytest.mark.slow
+
 EPSILON = 1e-12
 
 

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from kinematic_core.worlds.collision import ROUNDING, Obstacles
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel, corners
 
+pytestmark = pytest.mark.slow
+
 RADIUS = 0.18  # [m]
 HEIGHT = 0.25  # [m]
 LENGTH_TOLERANCE = 1e-6  # [m]

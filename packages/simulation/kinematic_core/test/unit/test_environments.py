@@ -21,6 +21,8 @@ from kinematic_core.worlds.rays import RayCaster
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, START, random_start
 from plain_support import InvalidInput
 
+pytestmark = pytest.mark.slow
+
 each_task = pytest.mark.parametrize('task', TASKS)
 SEEDS = 40
 ROUNDING = 1e-9  # [m] of a range

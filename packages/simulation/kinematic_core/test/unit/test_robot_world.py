@@ -12,6 +12,8 @@ from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance
 from kinematic_core.worlds.robot_world import DT, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
 
+pytestmark = pytest.mark.slow
+
 LENGTH_TOLERANCE = 1e-6  # [m, rad]
 WALL = Box('wall', 1.0, 0.0, 0.0, 0.1, 20.0, 0.5)  # the robot stops at x = 0.95 - 0.18 = 0.77
 ROOM = FloorPlan(boxes=(Box('east', 1.1, 0.0, 0.0, 0.2, 2.4, 0.5), Box('west', -1.1, 0.0, 0.0, 0.2, 2.4, 0.5),

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 from kinematic_core.worlds.turtle_world import TurtleWorld
 
+pytestmark = pytest.mark.slow
+
 ARENA = ctypes.c_float(499 / 45).value  # [m]
 PI = 3.14159265
 DT = 0.016  # [s]

@@ -11,6 +11,8 @@ from sim_scene.renderer import Renderer
 from sim_scene.response import Response
 from unit_support import reference_camera as reference
 
+pytestmark = pytest.mark.slow
+
 EYE = 0.2155  # [m] height of the Robotont's camera
 SAME, CLOSE = 0.85, 6.0  # least correlation of a pattern with the expected one, most mean difference in greys
 GREY = (160, 160, 160)

@@ -10,6 +10,8 @@ from sim_scene import native
 from sim_scene.renderer import Renderer
 from unit_support import reference_camera as reference
 
+pytestmark = pytest.mark.slow
+
 EYE = 0.2155  # [m] height of the Robotont's camera
 PICKETS = FloorPlan(boxes=tuple(Box(f'picket{k}', 2.0, -2.0 + 0.025 * k, 0.0, 0.01, 0.01, 0.3) for k in range(160)))
 STAIRS = FloorPlan(boxes=tuple(Box(f'stair{k}', 1.0 + k, 0.0, 0.0, 0.5, 4.0, 0.1 + 0.01 * k) for k in range(20)))

@@ -15,6 +15,8 @@ from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.textures import INK, PAPER
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = pathlib.Path(__file__).parents[5] / 'packages' / 'robotont' / 'robotont_gazebo'
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera

@@ -10,6 +10,8 @@ from plain_support import InvalidInput
 from sim_scene.renderer import Renderer
 from unit_support import reference_camera as reference
 
+pytestmark = pytest.mark.slow
+
 EYE = 0.2155  # [m] height of the Robotont's camera
 DEPTH_TOLERANCE = 1e-4  # of the depth
 COLOUR_TOLERANCE = 3  # greys

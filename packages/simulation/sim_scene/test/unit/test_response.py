@@ -13,6 +13,8 @@ from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.response import Response
 
+pytestmark = pytest.mark.slow
+
 AROUND = 7  # px; in the middle of a square of one colour, a picture is flat
 EYE = 0.2155  # [m] height of the Robotont's camera
 REPOSITORY = pathlib.Path(__file__).parents[5]

@@ -16,6 +16,8 @@ import pytest
 
 from turtlesim.core.canvas import Canvas
 
+pytestmark = pytest.mark.slow
+
 STROKES = pathlib.Path(__file__).parents[5] / 'test' / 'data' / 'canvas' / 'strokes.json.gz'
 BLUE = (69, 86, 255)
 RED = (255, 0, 0)

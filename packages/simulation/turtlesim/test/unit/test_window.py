@@ -12,6 +12,8 @@ from rostest_support.virtual_display import MISSING, VirtualDisplay
 from rostest_support.waiting import until
 from turtlesim.window import ImageReader, Window
 
+pytestmark = pytest.mark.slow
+
 SIZE = 500  # [px] width and height
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (69, 86, 255)
 UNNOTICED = 0.008  # [s] half a step of the simulator: all that show may take, median of many

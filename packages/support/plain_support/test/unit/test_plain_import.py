@@ -8,6 +8,8 @@ import pytest
 
 from plain_support import files
 
+pytestmark = pytest.mark.slow
+
 SOURCE = pathlib.Path(files.__file__).resolve().parents[1]
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
 WITH_MORE = {'plain_support.course', 'plain_support.documents', 'plain_support.processes'}

@@ -10,6 +10,8 @@ import rosgraph.roslogging
 
 from rospy_support import console
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 30.0  # [s] for a process that only prints, on a busy machine
 FULL = '/dev/full'  # a file on a full disk
 

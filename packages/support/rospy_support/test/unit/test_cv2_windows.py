@@ -13,6 +13,8 @@ import pytest
 
 from rostest_support.virtual_display import MISSING, VirtualDisplay
 
+pytestmark = pytest.mark.slow
+
 FOLDER = pathlib.Path(cv2_windows.__file__).parent
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
 NO_MASTER = 'http://localhost:1'

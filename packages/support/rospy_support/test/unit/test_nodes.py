@@ -11,6 +11,8 @@ import rospy
 
 from rospy_support import nodes, parameters
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
 
 

@@ -8,6 +8,8 @@ import pytest
 from plain_support.processes import BackgroundProcess
 from rospy_support import own_master, ports
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(autouse=True)
 def at_home(monkeypatch, tmp_path):

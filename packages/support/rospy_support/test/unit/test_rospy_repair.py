@@ -21,6 +21,8 @@ import rospy_repair
 
 from rospy_support.own_master import own_master
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
 HANG = 3.0  # [s] after which a program that should hang does
 SWITCH = 'TURTLE_ROBOTONT_REPAIR_ROSPY'

@@ -5,6 +5,8 @@ import subprocess
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 
 

@@ -12,6 +12,8 @@ from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.pictures import marker_sequence, sequence_cache
 
+pytestmark = pytest.mark.slow
+
 POSITION_TOLERANCE = 0.01  # of the distance
 CORNER_TOLERANCE = 0.5  # [px]
 

@@ -22,6 +22,8 @@ from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, black_cells, words_of_numbers
 
+pytestmark = pytest.mark.slow
+
 HALF = 4.5  # cells
 FIND = '''
 import json, sys

@@ -10,6 +10,8 @@ import pytest
 
 import marker_classes
 
+pytestmark = pytest.mark.slow
+
 NATIVE = pathlib.Path(__file__).resolve().parents[2] / 'native'
 FLAGS = ['-std=c++17', '-O1', '-fPIC', '-fvisibility=hidden', '-Wno-psabi', '-fsanitize=address,undefined',
          '-fno-sanitize-recover=undefined']

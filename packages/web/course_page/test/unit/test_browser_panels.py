@@ -11,7 +11,7 @@ import pytest
 from plain_support import course
 from rostest_support import browser
 
-pytestmark = pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)]
 REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 COURSE = course.steps(REPOSITORY / 'course')
 POSE = {'type': 'turtlesim/Pose', 'fieldnames': ['x', 'y'], 'fieldtypes': ['float32', 'float32'],

@@ -14,6 +14,8 @@ from alvar_core import drawing
 from browser_servers.core import web
 from course_page import marker_photo
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 30.0  # [s]
 WAITS = (sys.executable, '-c', 'import sys, time; sys.stdin.buffer.read(); time.sleep(100)')
 

@@ -8,6 +8,8 @@ import pytest
 
 from course_grader.demo import cli, harness
 
+pytestmark = pytest.mark.slow
+
 
 class Harness:
     """A demo without ROS."""

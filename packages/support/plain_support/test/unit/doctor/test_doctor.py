@@ -20,6 +20,8 @@ from plain_support.doctor import cli, findings, system_checks
 from plain_support.doctor.cli import CHECKS
 from plain_support.doctor.machine import Machine
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[6]
 IS_ROOT = os.geteuid() == 0
 NAMESPACES = ['unshare', '-pfnm' if IS_ROOT else '-rpfnm', '--mount-proc', '--kill-child']

@@ -13,6 +13,8 @@ from alvar_core.detection.tracker import Tracker
 from marker_score import rotation_between
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 CAMERA = default_camera()
 
 

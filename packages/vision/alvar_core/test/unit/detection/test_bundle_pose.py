@@ -8,6 +8,8 @@ from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 SIDE = 0.044  # [m]
 PLACES = {8: (0, 0, 0), 9: (0.09, 0, 0), 10: (0, -0.09, 0), 16: (0, 0.09, 0)}
 FLAT = bundles.Bundle('flat', 8, tuple(PLACES), {n: drawing.object_corners(SIDE) + at for n, at in PLACES.items()})

@@ -10,6 +10,8 @@ from alvar_core.detection import pose
 from alvar_core.detection.bundle_training import MIN_VIEWS, Training, TrainingError
 from alvar_core.detection.detection import Detection
 
+pytestmark = pytest.mark.slow
+
 CAMERA, SIZE = default_camera(), 0.05
 TURN = rotations.matrix_from_rpy
 # A box with sides of 12 cm: 0 and 1 in front, 2 on the right side, 3 on top, 4 on the left side.

@@ -13,6 +13,8 @@ from alvar_core.detection.detector import Detector
 from photo import with_gamma
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 CAMERA, SHAPE, SIZE = default_camera(), (480, 640), 0.1
 RAYS = np.concatenate([CAMERA.to_rays(np.stack(np.meshgrid(np.arange(640), np.arange(480)), -1).astype(float)),
                        np.ones((*SHAPE, 1))], -1)

@@ -9,6 +9,8 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 SIZE = 0.1
 CORNER_TOLERANCE = 0.35   # px
 POSITION_TOLERANCE = 0.004  # of the distance

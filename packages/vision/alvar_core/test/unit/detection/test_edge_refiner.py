@@ -10,6 +10,8 @@ from alvar_core.detection.light import LINEAR
 from alvar_core.detection.pyramid import Pyramid
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 SIZE = 0.1
 CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners
 POSITION_TOLERANCE = 0.0005  # of the distance

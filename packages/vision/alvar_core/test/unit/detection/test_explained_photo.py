@@ -13,6 +13,8 @@ import pytest
 from alvar_core import drawing
 from alvar_core.detection.explained_photo import MAX_PIXELS, PhotoError, answer
 
+pytestmark = pytest.mark.slow
+
 
 def photo(ending='.png', width=640):
     """Return a file with marker 42, 90 px wide."""

@@ -15,6 +15,8 @@ import markers_cli
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 
+pytestmark = pytest.mark.slow
+
 HERE = pathlib.Path(__file__).resolve()
 PART = HERE.parents[6] / 'test' / 'data' / 'alvar'
 PLACES = [pathlib.Path(os.environ.get('ALVAR_FRAMES') or '/dev/null'),

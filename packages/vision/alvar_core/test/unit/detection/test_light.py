@@ -10,6 +10,8 @@ from alvar_core.detection.light import LINEAR, Evidence, Light, Response
 from alvar_core.detection.pyramid import Pyramid
 from photo import with_gamma
 
+pytestmark = pytest.mark.slow
+
 GAMMA = 2.2
 CORNER_TOLERANCE = 0.05  # px, median of the worst corners; without light it is 0.25
 DISTANCE_TOLERANCE = 0.0003  # of the distance, median; without light it is 0.004

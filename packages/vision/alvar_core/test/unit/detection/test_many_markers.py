@@ -11,6 +11,8 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from photo import with_gamma
 
+pytestmark = pytest.mark.slow
+
 
 @functools.lru_cache(None)
 def crowd(*layout):

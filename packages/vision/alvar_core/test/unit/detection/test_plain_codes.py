@@ -1,11 +1,14 @@
 """Codes with few edges look like windows: more is asked of them, and they are still found."""
 import cv2
 import numpy as np
+import pytest
 
 from alvar_core import code, drawing
 from alvar_core.camera import default_camera
 from alvar_core.detection.acceptance import edges
 from alvar_core.detection.detector import Detector
+
+pytestmark = pytest.mark.slow
 
 PLAIN = (240, 244, 246, 249, 255)
 CELL, WIDTH = 20, 160  # px of a drawn cell, px of an image

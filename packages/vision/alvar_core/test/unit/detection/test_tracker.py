@@ -10,6 +10,8 @@ from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
+pytestmark = pytest.mark.slow
+
 SIZE = 0.1
 CAMERA = default_camera()
 

@@ -17,6 +17,8 @@ from alvar_core.detection.reading import black_cells
 from alvar_core.detection.tracker import Tracker
 from rostest_support.marker_scenes import Scene, image_of, random_markers
 
+pytestmark = pytest.mark.slow
+
 
 def test_steps_of_two_by_two_cells():
     # black white      a step up in the first row, down in the second, down in the second column

@@ -12,6 +12,8 @@ from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.printing import create_marker, marker_files, sheet
 
+pytestmark = pytest.mark.slow
+
 PRINT_DPI, LOOK_DPI = 300, 60
 DOT = 25.4 / PRINT_DPI  # [mm] 0.085
 HALF_A_PERCENT = 0.005
