@@ -37,7 +37,7 @@ ROS_FREE = {'packages/simulation/kinematic_core/src': IMAGES | {'gymnasium'},  #
             'packages/simulation/sim_scene/src': IMAGES,
             'packages/navigation/navigation_core/src': IMAGES | {'scipy'},
             'packages/vision/alvar_core/src': IMAGES | {'cairo'},
-            'packages/support/plain_support/src': {'psutil', 'rospkg', 'yaml'},  # most do without: test_plain_import.py
+            'packages/support/plain_support/src': {'numpy', 'psutil', 'rospkg', 'yaml'},  # see test_plain_import.py
             'packages/support/plain_support/src/plain_support/doctor': PLAIN,
             'packages/web/browser_servers/src/browser_servers/core': IMAGES | {'cbor2', 'tornado'},
             'packages/grading/course_grader/src/course_grader/isolation': {'psutil'},

@@ -15,11 +15,11 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from alvar_core import rotations
 from kinematic_core.worlds.colours import COLOURS
 from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape, Waypoint
 from plain_support import InvalidInput, documents, shown
 from plain_support.documents import DocumentError
+from plain_support.rotations import matrix_from_rpy
 from sim_scene import common_models, meshes
 
 UPRIGHT = 0.02  # [rad] a shape that is tilted less counts as upright, because saved worlds have settled
@@ -354,7 +354,7 @@ def pose_of(name: str, element: Element) -> np.ndarray:
     matrix = np.eye(4)
     if pose is not None:
         x, y, z, roll, pitch, yaw = _numbers(f'{name}: pose', pose.text or '0 0 0 0 0 0', 6)
-        matrix[:3, :3], matrix[:3, 3] = rotations.matrix_from_rpy(roll, pitch, yaw), (x, y, z)
+        matrix[:3, :3], matrix[:3, 3] = matrix_from_rpy(roll, pitch, yaw), (x, y, z)
     return matrix
 
 

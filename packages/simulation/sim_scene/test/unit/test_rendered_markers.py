@@ -6,11 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from alvar_core import code, rotations
+from alvar_core import code
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from kinematic_core.worlds.camera import GAMMA
 from kinematic_core.worlds.floor_plan import Box, FloorPlan, Panel
+from plain_support.rotations import angle_between
 from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.textures import INK, PAPER
@@ -54,7 +55,7 @@ def check_tracker(world, panel, pose, width, height):
     assert len(found) == 1
     rotation, position = pose_in_camera(panel, pose)
     assert np.linalg.norm(found[0].position - position) < POSITION_TOLERANCE * np.linalg.norm(position)
-    assert rotations.angle_between(found[0].rotation, rotation) < ROTATION_TOLERANCE
+    assert angle_between(found[0].rotation, rotation) < ROTATION_TOLERANCE
 
 
 @pytest.mark.parametrize('width, height', [(1280, 720), (640, 480)])

@@ -2,14 +2,13 @@
 
 All joints are at zero. The contents of <gazebo> tags are moved: sensors into their link, plugins into the model.
 """
-import math
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Optional
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from alvar_core import rotations
 from plain_support import InvalidInput, shown
+from plain_support.rotations import matrix_from_rpy, rpy_from_matrix
 
 ATTRIBUTES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',), 'mesh': ('scale',)}
 
@@ -73,7 +72,7 @@ def _origin(element: Element) -> np.ndarray:
     if origin is not None:
         x, y, z = _three(origin.get('xyz'))
         roll, pitch, yaw = _three(origin.get('rpy'))
-        matrix[:3, :3], matrix[:3, 3] = rotations.matrix_from_rpy(roll, pitch, yaw), (x, y, z)
+        matrix[:3, :3], matrix[:3, 3] = matrix_from_rpy(roll, pitch, yaw), (x, y, z)
     return matrix
 
 
@@ -89,14 +88,7 @@ def _three(text: Optional[str]) -> List[float]:
 
 def _add_pose(element: Element, pose: np.ndarray) -> None:
     SubElement(element, 'pose').text = ' '.join(f'{number:.9g}' for number in (
-        *pose[:3, 3], *_rpy(pose[:3, :3])))
-
-
-def _rpy(rotation: np.ndarray) -> Tuple[float, float, float]:
-    """Return roll, pitch, yaw [rad] of a rotation (3, 3): the inverse of rotations.matrix_from_rpy."""
-    return (math.atan2(rotation[2, 1], rotation[2, 2]),
-            math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2])),
-            math.atan2(rotation[1, 0], rotation[0, 0]))
+        *pose[:3, 3], *rpy_from_matrix(pose[:3, :3])))
 
 
 def _add_part(link: Element, part: Element, name: str, colours: Dict[str, str]) -> None:
