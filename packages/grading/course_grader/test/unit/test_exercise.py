@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from course_grader.rules import exercise, registry
+from course_grader.rules import exercise, registry, rules_driving, rules_output
 from unit_support.course_files import EXERCISES
 
 GOOD = {'title': 'T', 'time': '10 s', 'start': {'x': '3 to 5 m'}, 'allows': ['teleport'],
@@ -23,10 +23,9 @@ def test_exercise_files_are_right(path):
 def test_the_task_says_what_counts(path):
     """The time, each name and each service that is checked, and what else is allowed stand in the task."""
     loaded = exercise.load(path)
-    names = [scored.parameters[key].lstrip('/') for scored in loaded.rules for key in ('topic', 'service')
-             if key in scored.parameters]
-    names += [scored.parameters['by'] for scored in loaded.rules
-              if scored.parameters.get('by', '').startswith('teleport_')]
+    values = [(key, str(value)) for scored in loaded.rules for key, value in vars(scored.rule).items()]
+    names = [value.lstrip('/') for key, value in values if key in ('topic', 'service')]
+    names += [value for key, value in values if key == 'by' and value.startswith('teleport_')]
     counted = [*names, *([] if loaded.of_map else [f' {loaded.time:g} s']),
                *(['/reset'] if 'reset' in loaded.allows else [])]
     assert [text for text in counted if text not in loaded.asks] == []
@@ -36,9 +35,9 @@ def test_values_are_converted():
     loaded = exercise.parse(GOOD, 'good')
     assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')
     assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
-    assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
+    assert loaded.rules[0] == exercise.ScoredRule('moves', rules_driving.Moves(2.0), 60.0, False)
     assert loaded.rules[0].visible == 'always'
-    assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
+    assert loaded.rules[1].rule == rules_output.Runs('the end') and loaded.rules[1].must
     assert loaded.stimuli == [('drive', {'after': 0.0, 'linear': (0.5, 1.5), 'angular': (-0.8, 0.8), 'for': 3.0})]
     request = {'do': 'call', 'service': '/a', 'type': 'b/C', 'request': ['2 to 9 m', '90 deg']}
     assert exercise.parse({**GOOD, 'stimuli': [request]}).stimuli[0][1]['request'] == [
@@ -224,4 +223,6 @@ def test_files_that_are_no_yaml_or_not_there(tmp_path):
 
 
 def test_every_check_says_what_it_looks_at():
-    assert all(registered.judge.__doc__ for registered in registry.RULES.values()) and len(registry.RULES) >= 11
+    assert len(registry.RULES) >= 11
+    for rule in registry.RULES.values():
+        assert not rule.__doc__.startswith(f'{rule.__name__}('), 'written by dataclass'

@@ -125,7 +125,7 @@ def test_checks_are_listed_with_their_parameters(capsys):
     printed = capsys.readouterr().out
     words = set(re.findall(r'^ *(\w+)', printed, re.MULTILINE))
     assert {*registry.RULES, *exercise.STIMULI, *exercise.KEYS}.issubset(words)
-    assert {name for made in registry.RULES.values() for name in made.parameters} <= words
+    assert {name for rule in registry.RULES.values() for name in rule.parameters()} <= words
     assert max(map(len, printed.splitlines())) <= 120
 
 

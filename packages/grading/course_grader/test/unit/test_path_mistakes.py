@@ -134,7 +134,7 @@ def test_positions_that_are_looked_at_too_seldom(pause, advice):
     ('bang_bang', 'ahead', -1.0, 'check the sign'), ('bang_bang', 'ahead', 1.0, None)])
 def test_velocities_of_the_wrong_sign(name, what, sign, advice):
     one = exercise.load(EXERCISES[name])
-    goal = next(rule.parameters['value'] for rule in one.rules if rule.name == 'keeps')
+    goal = next(scored.rule.value for scored in one.rules if scored.name == 'keeps')
     seen = Observed()
     for number in range(20):
         error = 0.3 if number < 15 else -0.2

@@ -238,7 +238,7 @@ def test_a_value_of_a_student_lies_in_its_span(student, low, width):
     content = {**BASE, 'vary': {'goal': f'{low:.3f} to {low + width:.3f} m'},
                'checks': [{'check': 'moves', 'length': '$goal', 'points': 100}]}
     try:
-        value = exercise.parse(content, student=student).rules[0].parameters['length']
+        value = exercise.parse(content, student=student).rules[0].rule.length
     except exercise.ExerciseError as error:
         assert 'has only one value' in str(error)
     else:

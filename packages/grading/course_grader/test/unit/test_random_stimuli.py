@@ -86,7 +86,7 @@ def test_in_every_seed_the_goals_differ_and_have_time(one, number):
 def test_in_every_seed_the_first_distances_say_the_same(one, number):
     """A box is beyond what the camera sees; two posts say to which side their middle is."""
     sensor = robot_sensors.DistanceSensor(world_format.parse(one.world))
-    gate = next((rule.parameters['y'] for rule in one.rules if rule.name == 'passes'), None)
+    gate = next((scored.rule.y for scored in one.rules if scored.name == 'passes'), None)
     for pose in starts(one):
         right, center, left = sensor.measure(pose)
         if gate is None:
@@ -147,7 +147,7 @@ def test_a_world_is_shifted_with_what_the_checks_ask_for():
     assert len({random_stimuli.shifted(one, seed).world['cylinders'][0]['y'] for seed in range(100)}) > 5
     for before, after in zip(one.world['cylinders'], moved.world['cylinders']):
         assert (after['x'], after['y']) == pytest.approx((before['x'] + 1.0, before['y'] + by))
-    passes = [(rule.parameters['x'], rule.parameters['y']) for rule in moved.rules if rule.name == 'passes']
+    passes = [(scored.rule.x, scored.rule.y) for scored in moved.rules if scored.name == 'passes']
     assert passes == [pytest.approx((2.2, 0.12 + by)), pytest.approx((3.6, -0.12 + by))]
     assert one.rules[0] == moved.rules[0]
 
@@ -160,7 +160,7 @@ def test_points_of_a_line_are_shifted():
     moved = random_stimuli.shifted(one, 7)
     by = round(moved.world['cylinders'][0]['x'] - 3.0, 6)
     assert 0.1 <= by <= 0.3
-    assert moved.rules[0].parameters['through'] == [(1.0 + by, 0.0), (2.0 + by, 1.0)]
+    assert moved.rules[0].rule.through == [(1.0 + by, 0.0), (2.0 + by, 1.0)]
 
 
 def test_a_moving_panel_is_shifted_along_its_path():

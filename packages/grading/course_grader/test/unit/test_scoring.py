@@ -1,12 +1,11 @@
 """The repository's exercises on what right and wrong nodes did, driven in the real core: scores and their reasons."""
 import math
 import pathlib
-from types import SimpleNamespace
 
 import pytest
 import yaml
 
-from course_grader.rules import exercise, registry, rules_output, scoring, symptoms
+from course_grader.rules import exercise, rules_driving, rules_output, scoring, symptoms
 from course_grader.rules.observation import Call, Event, Observed, OutputLine, ShownMarkers
 from plain_support import course
 from unit_support.course_files import EXERCISES
@@ -310,27 +309,24 @@ def test_shortcuts_score_nothing(event, said):
     ({'/person': 'a/Personal'}, 'its type is a/Personal'), ({}, 'its type is unknown')])
 def test_the_type_of_a_topic(types, seen):
     observed = Observed(connections={('/person', 'publishes')}, types=types)
-    wanted = SimpleNamespace(topic='/person', role='publishes', type='Person')
-    result = rules_output.connects(observed, wanted)
+    result = rules_output.Connects('/person', 'publishes', 'Person').judge(observed)
     assert (result.share, result.seen) == (float(seen == 'yes'), seen)
-    assert rules_output.connects(observed, SimpleNamespace(**{**vars(wanted), 'type': ''})).share == 1.0
+    assert rules_output.Connects('/person', 'publishes').judge(observed).share == 1.0
 
 
 def test_the_level_of_a_line():
     observed = Observed(lines=[OutputLine(1.0, 'x = 8.5 m', 'WARN'), OutputLine(2.0, 'x = 8.7 m'),
                                OutputLine(3.0, 'x = 9.5 m', 'INFO')])
-    wanted = SimpleNamespace(pattern=r'\d', times=1, what='', level=None, without=None)
-    assert rules_output.prints(observed, wanted).seen.startswith('3 of 3 lines')
-    assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'WARN'})).seen[:6] == '1 of 3'
-    assert rules_output.prints(observed, SimpleNamespace(**{**vars(wanted), 'level': 'ERROR'})).share == 0.0
+    assert rules_output.Prints(r'\d').judge(observed).seen.startswith('3 of 3 lines')
+    assert rules_output.Prints(r'\d', level='WARN').judge(observed).seen.startswith('1 of 3')
+    assert rules_output.Prints(r'\d', level='ERROR').judge(observed).share == 0.0
 
 
 @pytest.mark.parametrize('wrong, share', [(2, 1.0), (3, 0.0)])  # two may be at the limit
 def test_lines_of_a_level_with_what_belongs_to_another(wrong, share):
     lines = [OutputLine(0.0, f'x is {x}', 'INFO') for x in ['6.5'] * 3 + ['8.1'] * wrong]
     lines += [OutputLine(0.0, 'x is 8.1', 'WARN')] * 9
-    wanted = SimpleNamespace(pattern=r'\b[67]\.', times=3, what='', level='INFO', without=r'\b8\.')
-    got = rules_output.prints(Observed(lines=lines), wanted)
+    got = rules_output.Prints(r'\b[67]\.', times=3, level='INFO', without=r'\b8\.').judge(Observed(lines=lines))
     assert got.share == share and ("others do not belong there, such as 'x is 8.1'" in got.seen) == (not share)
 
 
@@ -368,12 +364,9 @@ def test_points_are_passed_in_their_order(legs, share, seen):
     turtle = GradedTurtle(x=4.0, y=3.0)
     for leg in legs:
         turtle.drive(*leg)
-    found = registry.judge('passes', turtle.observed, {'x': None, 'y': None, 'through': [(6.0, 3.0), (6.0, 6.0)],
-                                                       'tolerance': 0.1})
+    found = rules_driving.Passes(through=[(6.0, 3.0), (6.0, 6.0)]).judge(turtle.observed)
     assert (found.share, found.seen[:len(seen)]) == (pytest.approx(share), seen)
-    back = registry.judge('passes', turtle.observed, {'x': None, 'y': None, 'through': [(6.0, 6.0), (6.0, 3.0)],
-                                                      'tolerance': 0.1})
-    assert back.share < 0.5
+    assert rules_driving.Passes(through=[(6.0, 6.0), (6.0, 3.0)]).judge(turtle.observed).share < 0.5
 
 
 @pytest.mark.parametrize('legs, least, most, seen', [
@@ -388,10 +381,10 @@ def test_a_path_is_that_of_the_solution(legs, least, most, seen):
     for leg in legs:
         turtle.drive(*leg)
     turtle.observed.solution = [(4.0, 3.0), (6.0, 3.0), (6.0, 6.0)]
-    found = registry.judge('same_path', turtle.observed, {'tolerance': 0.1})
+    found = rules_driving.SamePath().judge(turtle.observed)
     assert least - 1e-3 <= found.share <= most and seen in found.seen
     turtle.observed.solution.reverse()
-    assert registry.judge('same_path', turtle.observed, {'tolerance': 0.1}).share < 0.5
+    assert rules_driving.SamePath().judge(turtle.observed).share < 0.5
 
 
 def test_what_is_hidden_counts_and_is_not_told():

@@ -28,13 +28,13 @@ def of(student, text=TEXT):
 
 def test_a_student_has_the_same_values_everywhere_and_others_have_others():
     anna = of('Anna Berg')
-    goal = anna.rules[1].parameters['x']
+    goal = anna.rules[1].rule.x
     assert 8.0 <= goal <= 10.0 and goal == round(goal, 1) and anna.varies
     assert f'{goal:g} m' in anna.title and f'x = {goal:g} m, at ' in anna.asks
     assert anna.symptoms[0]['hint'] == f'publish zero at x = {goal:g} m'
-    assert 0.4 <= anna.rules[0].parameters['linear'][1] <= 0.8
+    assert 0.4 <= anna.rules[0].rule.linear[1] <= 0.8
     assert of(' anna  BERG') == anna
-    assert len({of(f'student {number}').rules[1].parameters['x'] for number in range(100)}) > 10
+    assert len({of(f'student {number}').rules[1].rule.x for number in range(100)}) > 10
 
 
 @pytest.mark.parametrize('old, new, said', [

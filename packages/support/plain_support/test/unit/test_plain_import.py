@@ -1,5 +1,5 @@
 """plain_support runs with plain python3: no ROS, no site-packages. Only ``documents`` and ``course`` take yaml,
-``processes`` psutil, ``rotations`` numpy."""
+``processes`` psutil, ``arrays`` and ``rotations`` numpy."""
 import pathlib
 import shutil
 import subprocess
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow
 
 SOURCE = pathlib.Path(files.__file__).resolve().parents[1]
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_MORE = {'plain_support.course', 'plain_support.documents', 'plain_support.processes',
+WITH_MORE = {'plain_support.arrays', 'plain_support.course', 'plain_support.documents', 'plain_support.processes',
              'plain_support.rotations'}
 MODULES = {'.'.join(path.relative_to(SOURCE).with_suffix('').parts) for path in SOURCE.rglob('[!_]*.py')} - WITH_MORE
 TIMEOUT = 20.0  # [s]

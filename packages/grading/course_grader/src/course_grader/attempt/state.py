@@ -12,6 +12,7 @@ from tf2_msgs.msg import TFMessage
 
 from course_grader.attempt.guard import of_the_program
 from course_grader.rules.observation import Sample, Transform
+from course_grader.rules.rules_state import Follows, HasParameter, HasTransform, Spawns
 from rospy_support.rotations import yaw_of
 
 MAX_AGE = 2.0  # [s] of the stamp of a transform when it arrives
@@ -26,12 +27,13 @@ class StateReader:
         ``link``: the SimulatorLink, which knows the poses.
         """
         self._observed, self._zero, self._dt = observed, zero, dt
-        self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
-        if any(scored.name == 'transform' for scored in exercise.rules):
+        rules = [scored.rule for scored in exercise.rules]
+        self._names = {rule.name for rule in rules if isinstance(rule, HasParameter)}
+        if any(isinstance(rule, HasTransform) for rule in rules):
             link.follow()
             rospy.Subscriber('/tf', TFMessage, self._on_transforms)
             rospy.Subscriber('/tf_static', TFMessage, lambda message: self._on_transforms(message, lasting=True))
-        for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:
+        for turtle in {rule.turtle for rule in rules if isinstance(rule, (Spawns, Follows))}:
             link.watch(turtle, functools.partial(self._on_pose, observed.turtles.setdefault(turtle, [])))
         for robot, driven in list(observed.robots.items())[1:]:  # the recording has the path of the first one
             link.watch(robot, functools.partial(self._on_pose, driven.track))

@@ -8,12 +8,12 @@ from typing import List, NamedTuple, Optional, Tuple
 import cv2
 import numpy as np
 
-from alvar_core.arrays import ArrayLike, Floats, Integers
 from course_grader.formats import templates
-from course_grader.rules import fits, rules_driving
+from course_grader.rules import fits
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from plain_support.arrays import ArrayLike, Floats, Integers
 
 SIZE = 600  # [px] width and height
 MARGIN = 48  # [px]
@@ -56,7 +56,8 @@ def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
     path = [(sample.x, sample.y) for sample in observed.track]
     others = [[(sample.x, sample.y) for sample in driven.track] for driven in list(observed.robots.values())[1:]]
     others = [other for other in others if other]
-    counted = rules_driving.counted_parts(exercise.rules, observed)
+    counted = [part for scored in exercise.rules
+               for part in scored.rule.counted_parts(observed.of_robot(scored.robot))]
     if max(map(fits.path_length, [path, *others])) < MIN_LENGTH and not counted:
         return None
     reset = observed.reset_at()

@@ -16,9 +16,13 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 
 from course_grader.rules import playable, variants
 from course_grader.rules.fits import LINE
-from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Span
+from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Rule, Span
 from course_grader.rules.quantities import UNITS, QuantityError, bounded, quantity, span
 from course_grader.rules.registry import RULES
+from course_grader.rules.rules_driving import Apart, Draws, Passes, Pen, Positions, Repeats, SamePath, Stops
+from course_grader.rules.rules_navigation import Maps, Navigates
+from course_grader.rules.rules_output import Answers, PrintsMarkers, PrintsNoMarker, Reaches
+from course_grader.rules.rules_state import Background, Keeps, Steers
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
 from plain_support import InvalidInput, documents, shown
@@ -39,65 +43,70 @@ ODOMETRY: Parameters = {
     'noise': Parameter('length', 0.0, 'of each wheel after one metre'),
     'slip': Parameter('share', 0.0, 'by which the wheels turn in vain')}
 SHIFT: Parameters = {axis: Parameter('drawn length', (0.0, 0.0), 'along this axis') for axis in 'xy'}
-STIMULI: Dict[str, Parameters] = {  # what the grader can do
-    'drive': {
+
+
+class StimulusKind(NamedTuple):
+    """What the grader can do: one sentence, and its keys."""
+
+    meaning: str
+    parameters: Parameters
+
+
+STIMULI: Dict[str, StimulusKind] = {  # what the grader can do
+    'drive': StimulusKind('The grader drives the turtle with velocities that change every 2 s.', {
         'for': Parameter('time', ..., 'how long'),
         'after': Parameter('time or 0', 0.0, 'when it starts'),
         'linear': Parameter('drawn speed', (0.5, 1.5), 'drawn from this span'),
-        'angular': Parameter('drawn turn speed', (-0.8, 0.8), 'drawn from this span')},
-    'call': {
+        'angular': Parameter('drawn turn speed', (-0.8, 0.8), 'drawn from this span')}),
+    'call': StimulusKind('The grader calls a service and waits up to 5 s for each answer.', {
         'service': Parameter('name', ..., 'its name'),
         'type': Parameter('service type', ..., 'its type, such as `turtlesim/TeleportAbsolute`'),
         'request': Parameter('spans', ..., 'one number of each request is drawn from each span'),
         'times': Parameter('integer', 3, 'how many calls'),
-        'after': Parameter('time or 0', 0.0, 'when they start')},
-    'markers': {
+        'after': Parameter('time or 0', 0.0, 'when they start')}),
+    'markers': StimulusKind(
+        'The grader shows markers with different ids, and every other time none, in 8 messages a second with a '
+        'pause before each change.', {
         'for': Parameter('time', ..., 'how long'),
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
         'rate': Parameter('rate', 2.0, 'how often they change'),
-        'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
-    'turns': {
+        'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')}),
+    'turns': StimulusKind(
+        'The grader shows a marker and turns it: another roll, pitch and yaw every 2 s, every fourth time no '
+        'marker, in 8 messages a second.', {
         'for': Parameter('time', ..., 'how long'),
-        'topic': Parameter('name', '/ar_pose_marker', 'where')},
-    'goals': {
+        'topic': Parameter('name', '/ar_pose_marker', 'where')}),
+    'goals': StimulusKind(
+        'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
+        'cancels the last goal after 1 s.', {
         'action': Parameter('name', ..., 'its name'),
         'times': Parameter(tuple(range(1, 6)), 2, 'how many goals, besides the one that is cancelled'),
-        'after': Parameter('time or 0', 0.0, 'when they start')},
-    'carry': {
+        'after': Parameter('time or 0', 0.0, 'when they start')}),
+    'carry': StimulusKind('The grader carries the robot away, as somebody does who lifts it: its wheels do not turn.', {
         'after': Parameter('time', ..., 'when'),
         'x': Parameter('drawn length', ..., 'where to'), 'y': Parameter('drawn length', ..., 'where to'),
-        'theta': Parameter('drawn angle', (0.0, 0.0), 'heading there')},
-    'move': {
+        'theta': Parameter('drawn angle', (0.0, 0.0), 'heading there')}),
+    'move': StimulusKind(
+        'The grader moves a panel of the world, which is an obstacle; if the robot stands there, as soon as it '
+        'has left.', {
         'after': Parameter('time', ..., 'when'),
         'panel': Parameter('text', ..., 'the name of a panel of the world'),
-        'to': Parameter('pose', ..., 'where to, `[x, y, heading]`')},
-    'destinations': {
+        'to': Parameter('pose', ..., 'where to, `[x, y, heading]`')}),
+    'destinations': StimulusKind(
+        'The grader sends these goals to move_base, each after the result of the one before it.', {
         'goals': Parameter('poses', ..., '`[[x, y, heading], ...]`, such as `[-2 m, 0.5 m, 90 deg]`'),
-        'after': Parameter('time or 0', 0.0, 'when they start')},
-    'distances': {
+        'after': Parameter('time or 0', 0.0, 'when they start')}),
+    'distances': StimulusKind(
+        'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, as '
+        'LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.', {
         'for': Parameter('time', ..., 'how long the program is watched at least'),
-        'topic': Parameter('name', '/scan_to_distance', 'where')},
-    'tracker': {
+        'topic': Parameter('name', '/scan_to_distance', 'where')}),
+    'tracker': StimulusKind(
+        'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a second: '
+        'x ahead, y to the left.', {
         'for': Parameter('time', ..., 'how long the program is watched at least'),
-        'topic': Parameter('name', '/ar_pose_marker', 'where')},
+        'topic': Parameter('name', '/ar_pose_marker', 'where')}),
 }
-MEANINGS = {  # of the stimuli
-    'drive': 'The grader drives the turtle with velocities that change every 2 s.',
-    'call': 'The grader calls a service and waits up to 5 s for each answer.',
-    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second '
-               'with a pause before each change.',
-    'turns': 'The grader shows a marker and turns it: another roll, pitch and yaw every 2 s, every fourth time no '
-             'marker, in 8 messages a second.',
-    'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
-             'cancels the last goal after 1 s.',
-    'carry': 'The grader carries the robot away, as somebody does who lifts it: its wheels do not turn.',
-    'move': 'The grader moves a panel of the world, which is an obstacle; if the robot stands there, as soon as it has '
-            'left.',
-    'destinations': 'The grader sends these goals to move_base, each after the result of the one before it.',
-    'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
-                 'as LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.',
-    'tracker': 'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a '
-               'second: x ahead, y to the left.'}
 KEYS: Parameters = {
     'title': Parameter('text', ..., 'one line'),
     'asks': Parameter('text', '', 'the task, for the report'),
@@ -159,13 +168,13 @@ class ExerciseError(ValueError):
 
 
 class ScoredRule(NamedTuple):
-    """A rule of an exercise, one of its ``checks``: name, parameters, points, whether it must hold, when it is visible.
+    """One of the ``checks`` of an exercise: name, rule, points, whether it must hold, when it is visible.
 
     ``robot``: which one of several robots it judges; '': the first.
     """
 
     name: str
-    parameters: Dict[str, Any]
+    rule: Rule
     points: float
     must: bool
     visible: str = ALWAYS
@@ -204,7 +213,7 @@ class Exercise(NamedTuple):
     @property
     def of_map(self) -> bool:
         """Whether a map file is handed in, and no program."""
-        return any(map(_of_map, self.rules))
+        return any(_is_of_map(scored.rule) for scored in self.rules)
 
 
 def load(path: documents.Path, student: str = '') -> Exercise:
@@ -236,11 +245,13 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     values['world'] = _whole_world(values.get('world', {}), problems)
     problems += _wrong_world(values)
     odometry = _fields(values.get('odometry', {}), ODOMETRY, 'odometry', problems) if values.get('odometry') else {}
-    rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
-    points = sum(made.points for made in rules if made)
-    if 'checks' in values and all(rules) and abs(points - 100.0) > 1e-6:
+    rules = list(filter(None, (_rule(entry, number, problems)
+                               for number, entry in enumerate(values.get('checks', ()), 1))))
+    points = sum(scored.points for scored in rules)
+    if 'checks' in values and len(rules) == len(values['checks']) and abs(points - 100.0) > 1e-6:
         problems.append(f'the points of the checks add up to {points:g}; they must add up to 100')
-    stimuli = [_stimulus(entry, number, problems) for number, entry in enumerate(values.get('stimuli', ()), 1)]
+    stimuli = list(filter(None, (_stimulus(entry, number, problems)
+                                 for number, entry in enumerate(values.get('stimuli', ()), 1))))
     symptoms = [_fields(entry, OF_A_SYMPTOM, f'symptom {number}', problems)
                 for number, entry in enumerate(values.get('symptoms', ()), 1)]
     if not 0.0 < values.get('time', MAX_TIME) <= MAX_TIME:
@@ -253,11 +264,12 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                  for kind in values.get('allows', ()) if kind not in ALLOWED]
     problems += _wrong_navigation(values)
     if not problems:
-        made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
-                        values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms, values['world'], shift, tuple(values['beside']),
-                        odometry, values['parameters'], values['localised'], tuple(values['unmapped']),
-                        bool(values['vary']), values['starts'], robots, values['solution'])
+        for name_of_list in ('allows', 'beside', 'unmapped'):
+            values[name_of_list] = tuple(values[name_of_list])
+        values.update(asks=values['asks'].strip(), start=start, robots=robots, shift=shift, odometry=odometry,
+                      stimuli=stimuli, symptoms=symptoms)
+        made = Exercise(name=name, pass_score=values.pop('pass'), varies=bool(values.pop('vary')),
+                        rules=rules, **{key: value for key, value in values.items() if key != 'checks'})
         problems = [*_contradictions(made), *playable.problems(made)] or list(_of_others(content_of_all, name))
         if not problems:
             return made
@@ -370,17 +382,15 @@ def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
     common = _fields({key: entry.pop(key) for key in OF_A_CHECK if key in entry}, OF_A_CHECK, where, problems)
     if common.get('points', 1.0) <= 0.0:
         problems.append(f'{where}: points is {common["points"]:g}; it must be above 0')
-    parameters = _fields(entry, RULES[name].parameters, where, problems)
-    if len(problems) > before:
-        return None
-    return ScoredRule(name, parameters, common['points'], common['must'], common['visible'], common['robot'])
+    values = _fields(entry, RULES[name].parameters(), where, problems)
+    return ScoredRule(name, RULES[name](**values), **common) if len(problems) == before else None
 
 
 def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus]:
     """Return a stimulus, or None if it is wrong."""
     before, where = len(problems), f'stimulus {number}'
     what, entry = _named(entry, 'do', where, STIMULI, problems)
-    values = _fields(entry, STIMULI[what], f'{where} ({what})', problems) if what else {}
+    values = _fields(entry, STIMULI[what].parameters, f'{where} ({what})', problems) if what else {}
     return (what, values) if what and len(problems) == before else None
 
 
@@ -401,9 +411,9 @@ def _contradictions(made: Exercise) -> Iterator[str]:
     """Yield texts about requirements that no program can fulfil."""
     yield from (f'{key} needs a program, and a check maps with of: file has none'
                 for key in ('beside', 'stimuli', 'robots') if made.of_map and getattr(made, key))
-    for number, rule in enumerate(made.rules, 1):
-        yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
-    if made.solution and not any(rule.name == 'same_path' for rule in made.rules):
+    for number, scored in enumerate(made.rules, 1):
+        yield from (f'check {number} ({scored.name}) {text}' for text in _missing(scored, made))
+    if made.solution and not any(isinstance(scored.rule, SamePath) for scored in made.rules):
         yield 'solution is for the check same_path, and checks has none'
     for number, (what, values) in enumerate(made.stimuli, 1):
         where, end = f'stimulus {number} ({what})', values.get('after', 0.0) + values.get('for', 0.0)
@@ -420,64 +430,69 @@ def _contradictions(made: Exercise) -> Iterator[str]:
                 yield f'{where} needs one robot, and the exercise has robots: {", ".join(made.robots)}'
 
 
-def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+def _missing(scored: ScoredRule, made: Exercise) -> Iterator[str]:
     """Yield texts about what a check needs and the exercise lacks."""
-    values = rule.parameters
-    by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
-    if rule.name == 'stops' and values['x'] is None and values['y'] is None:
-        yield 'lacks the key x or y: where to stop'
-    if rule.name == 'draws' and (values['shape'] == LINE) != (len(values['through']) > 1):
-        yield 'needs the key through with two or more points for the shape line, and no such key for others'
-    if rule.name == 'passes' and bool(values['through']) == (None not in (values['x'], values['y'])):
-        yield 'needs either x and y, or through'
-    if made.of_map and not _of_map(rule):
+    rule = scored.rule
+    yield from _missing_keys(rule)
+    if made.of_map and not _is_of_map(rule):
         yield 'needs a program, and a check maps with of: file has none: give it an exercise of its own'
-    yield from _missing_robot(rule, made)
+    yield from _missing_robot(scored, made)
     yield from _missing_stimulus(rule, made)
-    if rule.name in ('maps', 'navigates') and not made.world:
+    if isinstance(rule, (Maps, Navigates)) and not made.world:
         yield 'needs a world: there are no walls'
-    if rule.name in ('prints_markers', 'prints_no_marker'):
+    if isinstance(rule, (PrintsMarkers, PrintsNoMarker)):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
-        if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second message is the first without markers
+        if most < (2 if isinstance(rule, PrintsNoMarker) else 1):  # the second message is the first without markers
             yield 'needs a stimulus {do: markers, ...} of two messages: the first shows markers, the second none'
+    by_teleports = isinstance(rule, Positions) and rule.by == 'teleports'
     if by_teleports and 'teleport' not in made.allows:
         yield 'needs the line: allows: [teleport]'
-    if (by_teleports or rule.name in ('pen', 'background')) and made.simulator != 'turtlesim':
+    if (by_teleports or isinstance(rule, (Pen, Background))) and made.simulator != 'turtlesim':
         yield 'needs simulator: turtlesim'
 
 
-def _of_map(rule: ScoredRule) -> bool:
-    return rule.name == 'maps' and bool(rule.parameters['of'] == 'file')
+def _missing_keys(rule: Rule) -> Iterator[str]:
+    """Yield texts about keys of a check that belong together."""
+    if isinstance(rule, Stops) and rule.x is None and rule.y is None:
+        yield 'lacks the key x or y: where to stop'
+    if isinstance(rule, Draws) and (rule.shape == LINE) != (len(rule.through) > 1):
+        yield 'needs the key through with two or more points for the shape line, and no such key for others'
+    if isinstance(rule, Passes) and bool(rule.through) == (None not in (rule.x, rule.y)):
+        yield 'needs either x and y, or through'
 
 
-def _missing_robot(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+def _is_of_map(rule: Rule) -> bool:
+    return isinstance(rule, Maps) and rule.of == 'file'
+
+
+def _missing_robot(scored: ScoredRule, made: Exercise) -> Iterator[str]:
     """Yield texts about robots that a check names, or needs, and the exercise lacks."""
-    if rule.robot and rule.robot not in made.robots:
-        yield (f'has robot: {shown(rule.robot)}; it must be one of robots: {", ".join(made.robots) or "none"}'
-               f'{_meant(rule.robot, made.robots)}')
-    elif rule.robot and rule.name not in OF_ONE_ROBOT:
+    if scored.robot and scored.robot not in made.robots:
+        yield (f'has robot: {shown(scored.robot)}; it must be one of robots: {", ".join(made.robots) or "none"}'
+               f'{_meant(scored.robot, made.robots)}')
+    elif scored.robot and scored.name not in OF_ONE_ROBOT:
         yield f'judges no single robot; robot may stand in {", ".join(OF_ONE_ROBOT)}'
-    if rule.name == 'apart' and len(made.robots) < 2:
+    if isinstance(scored.rule, Apart) and len(made.robots) < 2:
         yield 'needs two or more robots'
 
 
-def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+def _missing_stimulus(rule: Rule, made: Exercise) -> Iterator[str]:
     """Yield the stimulus or program that a check needs and the exercise lacks, as a text."""
-    values, done = rule.parameters, dict(made.stimuli)
-    if rule.name == 'answers' and values['service'] not in {
-            others['service'] for what, others in made.stimuli if what == 'call'}:
-        yield f'needs a stimulus {{do: call, service: {values["service"]}, ...}}: nobody calls that service'
-    if rule.name == 'reaches' and values['action'] not in {
-            others['action'] for what, others in made.stimuli if what == 'goals'}:
-        yield f'needs a stimulus {{do: goals, action: {values["action"]}, ...}}: nobody sends goals to that action'
-    if rule.name == 'same_path' and not made.solution:
+    done = dict(made.stimuli)
+    if isinstance(rule, Answers) and rule.service not in {
+            values['service'] for what, values in made.stimuli if what == 'call'}:
+        yield f'needs a stimulus {{do: call, service: {rule.service}, ...}}: nobody calls that service'
+    if isinstance(rule, Reaches) and rule.action not in {
+            values['action'] for what, values in made.stimuli if what == 'goals'}:
+        yield f'needs a stimulus {{do: goals, action: {rule.action}, ...}}: nobody sends goals to that action'
+    if isinstance(rule, SamePath) and not made.solution:
         yield 'needs the key solution: a program to compare with'
-    if rule.name == 'repeats' and 'drive' not in done:
+    if isinstance(rule, Repeats) and 'drive' not in done:
         yield 'needs a stimulus {do: drive, ...}: there is nothing to repeat'
-    if rule.name == 'steers' and 'turns' not in done:
+    if isinstance(rule, Steers) and 'turns' not in done:
         yield 'needs a stimulus {do: turns, ...}: nothing shows the program an angle'
-    if rule.name == 'keeps':
-        needed = 'distances' if values['what'] == 'ahead' else 'tracker'
+    if isinstance(rule, Keeps):
+        needed = 'distances' if rule.what == 'ahead' else 'tracker'
         if needed not in done:
             yield f'needs a stimulus {{do: {needed}, ...}}: nothing tells the program how far it is'
 

@@ -10,7 +10,7 @@ from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
-from alvar_core.arrays import ArrayLike, Floats
+from plain_support.arrays import ArrayLike, Floats
 
 SMALLEST = 5.0  # tolerances: the smallest extent of a shape
 SAMPLES = 240  # points on the path and on the outline that are compared

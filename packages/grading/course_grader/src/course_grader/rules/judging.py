@@ -1,19 +1,25 @@
 """Rules: each judges the Observed, and returns which share is right, what was asked, and what was seen.
 
-A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
-file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
-above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'), which has both ends if
-a value is drawn from it ('drawn length'); 'text'; 'name' of a topic or service; 'service type'; 'pattern', a regular
-expression; 'integer', which is above 0; 'colour', [r, g, b]; 'value', a number, a text, true or false; 'points', a list
-of [x, y]; or a tuple of the values that are allowed.
+A rule is a dataclass: its fields are the keys that an entry of ``checks`` may have, ``judge`` returns the Result, and
+the first line of its docstring describes it in the documentation. registry.py lists them all.
+
+The kinds of values: a dimension of quantities.py ('length'), which is above 0; 'time or 0'; 'coordinate', a length of
+either sign; a span of a dimension ('span rate'), which has both ends if a value is drawn from it ('drawn length');
+'text'; 'name' of a topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0;
+'colour', [r, g, b]; 'value', a number, a text, true or false; 'points', a list of [x, y]; or a tuple of the values that
+are allowed.
 """
+import dataclasses
 import math
 import statistics
-from types import SimpleNamespace
-from typing import Any, Callable, Container, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
+from typing import Any, Container, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
 
 from course_grader.rules.observation import Observed
+from plain_support.arrays import Floats
 
+Point = Tuple[float, float]  # [m]
+Pose = Tuple[float, float, float]  # [m, m, rad]
+Colour = Tuple[int, int, int]  # red, green, blue
 Span = Tuple[float, float]  # lowest, highest
 Kind = Union[str, Tuple[Any, ...]]  # of a parameter's value
 ANY = (-math.inf, math.inf)  # the span of all values
@@ -48,14 +54,32 @@ class Parameter(NamedTuple):
 
 
 Parameters = Mapping[str, Parameter]
-Judge = Callable[[Observed, SimpleNamespace], Result]
 
 
-class Rule(NamedTuple):
-    """A rule of exercise files: the function, whose first sentence describes it, and its parameters."""
+def key(kind: Kind, default: Any, meaning: str) -> Any:
+    """Return the field of a rule for one of its keys; see Parameter."""
+    metadata = {'parameter': Parameter(kind, default, meaning)}
+    if default is ...:
+        return dataclasses.field(metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
 
-    judge: Judge
-    parameters: Parameters
+
+@dataclasses.dataclass(frozen=True)
+class Rule:
+    """A rule of exercise files, with the values of one of their ``checks``."""
+
+    def judge(self, observed: Observed) -> Result:
+        """Return the Result for a program."""
+        raise NotImplementedError
+
+    def counted_parts(self, observed: Observed) -> Sequence[Floats]:
+        """Return the parts of the path, or points, that count, each of shape (n, 2) [m]."""
+        return ()
+
+    @classmethod
+    def parameters(cls) -> Parameters:
+        """Return the keys of the rule."""
+        return {field.name: field.metadata['parameter'] for field in dataclasses.fields(cls)}
 
 
 def shortcuts(observed: Observed, allowed: Container[str]) -> List[str]:

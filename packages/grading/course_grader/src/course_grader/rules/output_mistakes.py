@@ -1,11 +1,11 @@
 """Mistakes in printed lines, compared with what should be printed: advice for each. Without ROS."""
 import dataclasses
-from types import SimpleNamespace
-from typing import Callable, Container, Dict, Iterator, List
+from typing import Any, Callable, Container, Dict, Iterator, List
 
 from course_grader.rules import judging, rules_output
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
+from course_grader.rules.rules_output import Prints, PrintsMarkers, PrintsPoses
 
 MAJORITY = 0.5  # share of the lines or markers above which a mistake explains them
 FEW_LINES = 5
@@ -15,19 +15,19 @@ SAME_LINES = 10  # lines with equal numbers although the turtle is driven
 def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
     """Return {check: advice} for checks of an exercise that lost points: those of printed poses and markers."""
     hints: Dict[str, List[str]] = {}
-    for rule in exercise.rules:
-        if rule.name in lost and rule.name in KINDS:
-            hints.setdefault(rule.name, []).extend(KINDS[rule.name](SimpleNamespace(**rule.parameters), observed))
-    lines = [SimpleNamespace(**rule.parameters) for rule in exercise.rules
-             if rule.name == 'prints' and rule.visible == judging.ALWAYS]
-    counts = [rules_output.matching(observed, wanted) for wanted in lines]
+    for scored in exercise.rules:
+        if scored.name in lost and scored.name in KINDS:
+            hints.setdefault(scored.name, []).extend(KINDS[scored.name](scored.rule, observed))
+    lines = [scored.rule for scored in exercise.rules
+             if isinstance(scored.rule, Prints) and scored.visible == judging.ALWAYS]
+    counts = [wanted.matching(observed) for wanted in lines]
     if 'prints' in lost and lines and all(0 < count < wanted.times for count, wanted in zip(counts, lines)):
         hints['prints'] = [f'only {counts[0]} of {lines[0].times} lines are printed for "{lines[0].what}": print one '
                            'each time, also if nothing has changed']
     return hints
 
 
-def _poses(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _poses(wanted: PrintsPoses, observed: Observed) -> Iterator[str]:
     numbers = [numbers for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
     if not numbers:
         return
@@ -49,10 +49,10 @@ def _poses(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         yield 'one of the numbers is theta, the heading: print pose.x and pose.y'
 
 
-def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _markers(wanted: PrintsMarkers, observed: Observed) -> Iterator[str]:
     values = {'id': ('z', 'y', 'x'), 'x': ('z', 'y', 'id')}[wanted.what]
     asked = {'id': 'marker.id', 'x': 'marker.pose.pose.position.x'}[wanted.what]
-    if rules_output.prints_markers(observed, wanted).share > MAJORITY:
+    if wanted.judge(observed).share > MAJORITY:
         return
     numbers = [numbers[-1] for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
     if wanted.what == 'x' and 'position.x' in observed.source and len(numbers) > FEW_LINES and all(
@@ -68,14 +68,14 @@ def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                 marker: (position[axis],) * 3 for marker, position in shown.markers.items()})
                 for shown in observed.shown])
             what = 'x'
-        if rules_output.prints_markers(other, SimpleNamespace(what=what, tolerance=0.005)).share > MAJORITY:
+        if PrintsMarkers(what).judge(other).share > MAJORITY:
             yield f'it prints {value} of each marker: print {asked} instead'
             return
     counted = [dataclasses.replace(observed, shown=[shown._replace(markers=dict(enumerate(
         shown.markers.values(), first))) for shown in observed.shown]) for first in (0, 1)]
-    if any(rules_output.prints_markers(other, SimpleNamespace(what='id')).share > MAJORITY for other in counted):
+    if any(PrintsMarkers('id').judge(other).share > MAJORITY for other in counted):
         yield f'it counts the markers of each message: print {asked} instead of its place in the list'
 
 
-KINDS: Dict[str, Callable[[SimpleNamespace, Observed], Iterator[str]]] = {
+KINDS: Dict[str, Callable[[Any, Observed], Iterator[str]]] = {
     'prints_poses': _poses, 'prints_markers': _markers}

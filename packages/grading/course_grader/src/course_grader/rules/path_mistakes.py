@@ -5,15 +5,16 @@ import itertools
 import math
 import re
 import statistics
-from types import SimpleNamespace
-from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
-from course_grader.rules.judging import ANY, period, within, written
+from course_grader.rules.judging import ANY, Rule, period, within, written
 from course_grader.rules.observation import Command, Observed, Sample, whole_turn
+from course_grader.rules.rules_driving import Commands, Draws, Passes, Positions, Stops
+from course_grader.rules.rules_state import Follows, Keeps
 from kinematic_core.worlds import robot_world, turtle_world
 
 WALL = 0.01  # [m] from the edge of the arena
@@ -55,10 +56,9 @@ SWINGS = 4  # changes of direction; one or two are an overshoot
 def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
     """Return {check: advice} for checks of an exercise that lost points: those of KINDS."""
     hints: Dict[str, List[str]] = {}
-    for rule in exercise.rules:
-        if rule.name in lost and rule.name in KINDS:
-            wanted = SimpleNamespace(**rule.parameters)
-            hints.setdefault(rule.name, []).extend(KINDS[rule.name](wanted, exercise, observed))
+    for scored in exercise.rules:
+        if scored.name in lost and scored.name in KINDS:
+            hints.setdefault(scored.name, []).extend(KINDS[scored.name](scored.rule, exercise, observed))
     if hints.get('commands'):  # other velocities than those of the task explain the path, too
         hints.pop('draws', None)
     return hints
@@ -70,15 +70,15 @@ def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
     pauses = [after - command.t for command, after in zip(observed.commands, times[1:])
               if max(map(abs, command[1:4])) > STANDING]
     watchdog = WATCHDOG[exercise.simulator]
-    if any(rule.name == 'commands' and rule.parameters['rate'] != ANY and rule.parameters['rate'][1] * watchdog < 1.0
-           for rule in exercise.rules):
+    if any(isinstance(scored.rule, Commands) and scored.rule.rate != ANY and scored.rule.rate[1] * watchdog < 1.0
+           for scored in exercise.rules):
         return  # that is what the task asks for
     if pauses and 2 * sum(pause > WATCHDOGS * watchdog for pause in pauses) >= len(pauses):
         yield (f'it sends a velocity and waits, but after {watchdog:g} s without a command the vehicle stops: publish '
                'again and again in a loop, with rate.sleep(), ten times per second')
 
 
-def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _commanded(wanted: Commands, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Velocities that are swapped, in degrees, or of the wrong sign."""
     called = [call.t for call in observed.calls if call.service == wanted.after]
     if not observed.commands or called and observed.commands[0].t < min(called):
@@ -103,7 +103,7 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
         yield from [*forward, *turning] or _outside(wanted, observed)
 
 
-def _paced(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _paced(wanted: Commands, observed: Observed) -> Iterator[str]:
     """A speed, forward or backward, that is not that of the task."""
     paces = [abs(command.linear_x) for command in observed.commands if abs(command.linear_x) > STANDING]
     if paces and not within(statistics.median(paces), wanted.pace):
@@ -145,7 +145,7 @@ def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
                f'{good:g} times, if nothing else waits there, as does a rospy.Timer of {1.0 / good:.2g} s')
 
 
-def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _teleported(wanted: Positions, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Positions to which the turtle drives, or never goes."""
     kinds = rules_driving.WAYS.get(wanted.by)
     if kinds and not observed.of_kind(*rules_driving.WAYS['teleports']):
@@ -155,7 +155,7 @@ def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed
             yield f'no call of /turtle1/{wanted.by} arrived: call it once for each position'
 
 
-def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _drawn(wanted: Draws, exercise: Exercise, observed: Observed) -> Iterator[str]:
     path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
     lifted = list(_lifted(wanted, exercise, observed))
     turns = list(_only_turns(observed))
@@ -186,7 +186,7 @@ def _only_turns(observed: Observed) -> Iterator[str]:
                'turn has to end before, check the sign of angular.z, the comparison, and that it looks often enough')
 
 
-def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _lifted(_wanted: Rule, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A pen that is off, so that nothing is drawn."""
     pens = observed.pens()
     if pens and pens[-1] and pens[-1][-1] and (
@@ -194,9 +194,9 @@ def _lifted(_wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
         yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
 
 
-def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _sized(wanted: Draws, observed: Observed) -> Iterator[str]:
     """A shape that is too large, too small, or not finished."""
-    shape, least = rules_driving.drawn_shape(observed, wanted), max(wanted.size[0], SHORT)
+    shape, least = wanted.fit(observed), max(wanted.size[0], SHORT)
     length = fits.path_length(observed.drawn())
     if shape.covered >= rules_driving.CLOSED and not within(shape.size, wanted.size):
         is_round = wanted.shape in ('circle', 'eight')
@@ -210,7 +210,7 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                f'and the {wanted.shape} is not complete')
 
 
-def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _kept(wanted: Keeps, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Another axis of the marker, a velocity of the wrong sign, or a gain that does not fit."""
     used = set(re.findall(r'\bposition\.([xyz])\b', observed.source))
     axis, where = AXES.get(wanted.what, ('', ''))
@@ -225,7 +225,7 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
     yield from away or _regulated(wanted, exercise, observed)
 
 
-def _leaves(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _leaves(wanted: Keeps, observed: Observed) -> Iterator[str]:
     """Velocities to one side alone, or away from the goal."""
     if wanted.what == 'marker left' and _goes_one_way(wanted, observed):
         yield ONE_WAY
@@ -233,7 +233,7 @@ def _leaves(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         yield SIGNS[wanted.what]
 
 
-def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _regulated(wanted: Keeps, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A gain that is too small or too large, and a goal that is not reached."""
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
@@ -243,7 +243,7 @@ def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) 
     nearer = sum(error < -wanted.tolerance or wanted.what == 'ahead' and math.isnan(error) for error in late)
     only_forward = wanted.what != 'marker left' and min(speeds) > -STANDING and 2 * nearer > len(late)
     late, errors = ([error for error in some if not math.isnan(error)] for some in (late, errors))
-    two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
+    two_speeds = any(isinstance(scored.rule, Commands) and scored.rule.pace != ANY for scored in exercise.rules)
     if not two_speeds and STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
@@ -264,7 +264,7 @@ def _regulated(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) 
                     or _dead_zone(wanted, observed))
 
 
-def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _threshold(wanted: Keeps, observed: Observed) -> Iterator[str]:
     """Two velocities, forward and backward, that change at another value."""
     values = {sign: [wanted.value + error for error, speed in _reactions(wanted, observed) if sign * speed > 0.0]
               for sign in (1, -1)}
@@ -275,7 +275,7 @@ def _threshold(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         yield f'it changes between forward and backward at {change:.2f} m, and not at {wanted.value:g} m'
 
 
-def _dead_zone(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _dead_zone(wanted: Keeps, observed: Observed) -> Iterator[str]:
     """Errors that are too large, and that it does not react to, as it does to larger ones."""
     every = list(_reactions(wanted, observed, least=-1.0))
     ignored = [abs(error) for error, speed in every if abs(speed) < STANDING and abs(error) > wanted.tolerance]
@@ -291,7 +291,7 @@ def _changes(speeds: Sequence[float]) -> int:
     return sum(a * b < 0.0 for a, b in zip(fast, fast[1:]))
 
 
-def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequence[float]) -> Iterator[str]:
+def _stays_off(wanted: Keeps, errors: Sequence[float], speeds: Sequence[float]) -> Iterator[str]:
     """A goal that is not reached until the end, because the vehicle stands, or is too slow."""
     nearest = min(errors, key=abs)
     if abs(nearest) <= wanted.tolerance or min(errors) * max(errors) < 0.0:
@@ -307,8 +307,9 @@ def _stays_off(wanted: SimpleNamespace, errors: Sequence[float], speeds: Sequenc
                'of the program')
 
 
-def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _passed(wanted: Passes, exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A vehicle that hardly steers, or is too slow to get there."""
+    goal = wanted.points()[0]
     most = max((max(abs(command.linear_y), abs(command.angular_z)) for command in observed.commands), default=0.0)
     speed = statistics.median([math.hypot(*command[1:3]) for command in observed.commands] or [0.0])
     if STANDING < most < 2.0 * HARDLY and speed > most:
@@ -319,28 +320,28 @@ def _passed(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> 
         sideways, turn = steered.pop()
         yield (f'linear.y is {sideways:.2g} and angular.z {turn:.2g} in all its commands: compute them from each '
                'message of the sensor, in its callback')
-    elif wanted.x is not None and wanted.tolerance <= GATE and _steers_away(wanted, observed):
-        yield (f'it steers away from x = {wanted.x:g}, y = {wanted.y:g}: positive linear.y and angular.z lead to the '
+    elif not wanted.through and wanted.tolerance <= GATE and _steers_away(goal, observed):
+        yield (f'it steers away from x = {goal[0]:g}, y = {goal[1]:g}: positive linear.y and angular.z lead to the '
                'left; check the sign, and the order of the subtraction')
-    elif (wanted.x is not None and observed.track and speed > MOVING and speed * exercise.time < math.dist(
-            observed.track[0][1:3], (wanted.x, wanted.y)) - wanted.tolerance):
+    elif (not wanted.through and observed.track and speed > MOVING and speed * exercise.time < math.dist(
+            observed.track[0][1:3], goal) - wanted.tolerance):
         yield f'it is too slow: with {speed:.2g} m/s it does not get there in {exercise.time:.0f} s; drive faster'
 
 
-def _steers_away(wanted: SimpleNamespace, observed: Observed) -> bool:
+def _steers_away(goal: Tuple[float, float], observed: Observed) -> bool:
     """Return whether commands on the way to a point ahead steer to the other side."""
     times, away = [sample.t for sample in observed.track], []
     for command in observed.commands:
         at = observed.track[min(bisect.bisect_left(times, command.t), len(times) - 1)] if times else None
         steer = command.linear_y + command.angular_z
         if at and command.linear_x > MOVING and abs(steer) > MOVING:
-            bearing = math.remainder(math.atan2(wanted.y - at.y, wanted.x - at.x) - at.theta, math.tau)
-            if TURNED_WELL < abs(bearing) < math.pi / 3.0 and math.dist(at[1:3], (wanted.x, wanted.y)) > UNDISTURBED:
+            bearing = math.remainder(math.atan2(goal[1] - at.y, goal[0] - at.x) - at.theta, math.tau)
+            if TURNED_WELL < abs(bearing) < math.pi / 3.0 and math.dist(at[1:3], goal) > UNDISTURBED:
                 away.append(math.copysign(steer, -bearing * steer))
     return len(away) >= MIN_COMMANDS and sum(away) > 0.6 * sum(map(abs, away))
 
 
-def _law(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _law(wanted: Keeps, observed: Observed) -> Iterator[str]:
     """Velocities that follow the measurement as they should, but by a wrong sign, or around another value."""
     name, what = ('angular.z or linear.y', 'y') if wanted.what == 'marker left' else ('linear.x', 'the distance')
     every = [(error + wanted.value, speed) for error, speed in _reactions(wanted, observed)]
@@ -362,7 +363,7 @@ def _law(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                f'{name} is about {gain:.2g} * ({what} - {goal:.2f}), which is not 0 straight ahead')
 
 
-def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
+def _goes_away(wanted: Keeps, observed: Observed) -> bool:
     """Return whether most velocities increase the error of a quantity."""
     reactions = list(_reactions(wanted, observed))
     towards = sum(error * speed > 0.0 and abs(error) > wanted.tolerance for error, speed in reactions)
@@ -370,14 +371,14 @@ def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
     return len(reactions) >= MIN_COMMANDS and away > 0.8 * len(reactions) and towards <= MAX_TOWARDS
 
 
-def _goes_one_way(wanted: SimpleNamespace, observed: Observed) -> bool:
+def _goes_one_way(wanted: Keeps, observed: Observed) -> bool:
     """Return whether velocities have one sign although the errors have both."""
     reactions = list(_reactions(wanted, observed))
     left = sum(error > 0.0 for error, _ in reactions)
     return min(left, len(reactions) - left) >= MIN_COMMANDS and len({speed > 0.0 for _, speed in reactions}) == 1
 
 
-def _reactions(wanted: SimpleNamespace, observed: Observed, least: float = STANDING) -> Iterator[Tuple[float, float]]:
+def _reactions(wanted: Keeps, observed: Observed, least: float = STANDING) -> Iterator[Tuple[float, float]]:
     """Yield the error of a quantity and the velocity of each command, if both are large enough to have a sign.
 
     ``least``: the velocity from which on it counts.
@@ -392,7 +393,7 @@ def _reactions(wanted: SimpleNamespace, observed: Observed, least: float = STAND
             yield error, speed
 
 
-def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _stopped(wanted: Stops, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """A position that is checked too rarely, or commands that go on behind a zero, or when the program has ended."""
     times = [command.t for command in observed.commands]
     if len(times) < 2:
@@ -414,7 +415,7 @@ def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -
                'far to stop in time: do both more often, such as 20 times per second, or drive slower')
 
 
-def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _followed(wanted: Follows, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """The wrong turtle drives, or the right one stands, drives backward, or never turns."""
     driven = sorted(name for name, role in observed.connections if role == 'publishes' and name.endswith('/cmd_vel'))
     if driven and f'/{wanted.turtle}/cmd_vel' not in driven:
@@ -578,12 +579,12 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 def measured(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
     """What a vehicle did, in numbers, where no cause is sure: they are compared with the task."""
     yield from _only_turns(observed)
-    for rule in exercise.rules:
-        if rule.name in lost and rule.name in MEASURED and (observed.commands or rule.name == 'draws'):
-            yield from MEASURED[rule.name](SimpleNamespace(**rule.parameters), observed)
+    for scored in exercise.rules:
+        if scored.name in lost and scored.name in MEASURED and (observed.commands or scored.name == 'draws'):
+            yield from MEASURED[scored.name](scored.rule, observed)
 
 
-def _outside(wanted: SimpleNamespace, observed: Observed, spans: int = 2) -> Iterator[str]:
+def _outside(wanted: Commands, observed: Observed, spans: int = 2) -> Iterator[str]:
     """Velocities that are not as asked, and in how many commands; of the first ``spans`` that may be asked."""
     _, linear, sideways, angular, _ = zip(*observed.commands)
     for name, span, unit, values in (
@@ -597,7 +598,7 @@ def _outside(wanted: SimpleNamespace, observed: Observed, spans: int = 2) -> Ite
                    f'{written(span, unit)}')
 
 
-def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _driven_shape(wanted: Draws, observed: Observed) -> Iterator[str]:
     """Sides and corners of a path, or how far it turns."""
     sides, corners = fits.SIDES[wanted.shape], fits.corners(observed.drawn(), STRAIGHT)
     parts = _parts(len(corners), observed.drawn())
@@ -621,7 +622,7 @@ def _driven_shape(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         yield f'it turns by {abs(_extent(observed.track)[1]):.0f} degrees in all; a whole circle needs 360'
 
 
-def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _sent(_wanted: Rule, observed: Observed) -> Iterator[str]:
     """Number, time and velocities of commands."""
     sent = [command for command in observed.commands if max(map(abs, command[1:4])) > STANDING]
     if sent:
@@ -631,7 +632,7 @@ def _sent(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                f'angular.z {angular} rad/s: compare these numbers with the task')
 
 
-def _repeated(_wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+def _repeated(_wanted: Rule, observed: Observed) -> Iterator[str]:
     """Length and turn of the path that was shown, and of the one that was driven."""
     moment = observed.commands[0].t
     (length, turn, time), (own_length, own_turn, own_time) = (
@@ -657,8 +658,8 @@ def _spread(values: Sequence[float]) -> str:
     return low if low == high else f'{low} to {high}'
 
 
-MEASURED: Dict[str, Callable[[SimpleNamespace, Observed], Iterator[str]]] = {
+MEASURED: Dict[str, Callable[[Any, Observed], Iterator[str]]] = {
     'commands': functools.partial(_outside, spans=5), 'draws': _driven_shape, 'same_path': _sent, 'repeats': _repeated}
-KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
+KINDS: Dict[str, Callable[[Any, Exercise, Observed], Iterator[str]]] = {
     'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'stops': _stopped,
     'follows': _followed, 'passes': _passed, 'pen': _lifted}

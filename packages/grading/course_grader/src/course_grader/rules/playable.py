@@ -5,16 +5,18 @@ of its window.
 """
 import math
 import re
-from typing import TYPE_CHECKING, Any, Dict, Iterator, Mapping, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
-from course_grader.rules.judging import ANY, Span, written
+from course_grader.rules.judging import ANY, Rule, Span, written
+from course_grader.rules.rules_driving import Commands, Draws, Passes, Stops
+from course_grader.rules.rules_state import Follows, HasTransform, Spawns
 from kinematic_core.worlds import robot_world, turtle_world, world_format
 from kinematic_core.worlds.floor_plan import LARGEST
 from kinematic_core.worlds.planar import Pose2D
 from plain_support import ABSURD, InvalidInput, shown
 
 if TYPE_CHECKING:
-    from course_grader.rules.exercise import Exercise, ScoredRule
+    from course_grader.rules.exercise import Exercise
 
 ARENA: Span = (0.0, round(turtle_world.ARENA_SIZE, 4))  # [m]
 FLOOR: Span = (-LARGEST, LARGEST)  # [m]
@@ -41,8 +43,8 @@ def problems(made: 'Exercise') -> Iterator[str]:
     yield from _outside('odometry: slip', made.odometry.get('slip', 0.0), SLIP)
     for number, (what, values) in enumerate(made.stimuli, 1):
         yield from (f'stimulus {number} ({what}): {text}' for text in _stimulus(what, values, made))
-    for number, rule in enumerate(made.rules, 1):
-        yield from (f'check {number} ({rule.name}): {text}' for text in _check(rule, made))
+    for number, scored in enumerate(made.rules, 1):
+        yield from (f'check {number} ({scored.name}): {text}' for text in _check(scored.rule, made))
 
 
 def _outside(what: str, value: float, limits: Span, unit: str = '') -> Iterator[str]:
@@ -117,40 +119,41 @@ def _goals(values: Mapping[str, Any]) -> Iterator[str]:
         yield 'goals is empty; it must have one goal or more'
 
 
-def _check(rule: 'ScoredRule', made: 'Exercise') -> Iterator[str]:
-    values = rule.parameters
-    if rule.name in ('commands', 'transform') and values['rate'][0] > STEPS[made.simulator]:
-        yield (f'rate is {written(values["rate"], "Hz")}; the simulator counts one in each of its steps, at most '
+def _check(rule: Rule, made: 'Exercise') -> Iterator[str]:
+    if isinstance(rule, (Commands, HasTransform)) and rule.rate[0] > STEPS[made.simulator]:
+        yield (f'rate is {written(rule.rate, "Hz")}; the simulator counts one in each of its steps, at most '
                f'{STEPS[made.simulator]:g} Hz')
-    if rule.name == 'commands' and made.simulator == 'robotont':
-        yield from _unreachable(values, ('linear', 'sideways'), robot_world.FASTEST_COMMAND, 'm/s')
-        yield from _unreachable(values, ('angular',), robot_world.FASTEST_TURN, 'rad/s')
+    if isinstance(rule, Commands) and made.simulator == 'robotont':
+        yield from _unreachable('linear', rule.linear, robot_world.FASTEST_COMMAND, 'm/s')
+        yield from _unreachable('sideways', rule.sideways, robot_world.FASTEST_COMMAND, 'm/s')
+        yield from _unreachable('angular', rule.angular, robot_world.FASTEST_TURN, 'rad/s')
     if made.simulator == 'turtlesim':
-        yield from _out_of_the_window(rule.name, values)
-    if rule.name in ('spawns', 'follows'):
-        if not TURTLE.fullmatch(values['turtle']):
-            yield (f'turtle is {shown(values["turtle"])}; a name starts with a letter and has letters, digits and _, '
+        yield from _out_of_the_window(rule)
+    if isinstance(rule, (Spawns, Follows)):
+        if not TURTLE.fullmatch(rule.turtle):
+            yield (f'turtle is {shown(rule.turtle)}; a name starts with a letter and has letters, digits and _, '
                    'such as turtle2')
-        elif values['turtle'] == FIRST:
+        elif rule.turtle == FIRST:
             yield f'turtle is {FIRST}, which is there from the beginning; it must be another one, such as turtle2'
 
 
-def _unreachable(values: Mapping[str, Any], names: Sequence[str], most: float, unit: str) -> Iterator[str]:
-    for name in names:
-        if values[name] != ANY and (values[name][0] > most or values[name][1] < -most):
-            yield f'{name} is {written(values[name], unit)}; the simulator takes {-most:g} to {most:g} {unit}'
+def _unreachable(name: str, span: Span, most: float, unit: str) -> Iterator[str]:
+    if span != ANY and (span[0] > most or span[1] < -most):
+        yield f'{name} is {written(span, unit)}; the simulator takes {-most:g} to {most:g} {unit}'
 
 
-def _out_of_the_window(check: str, values: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a text for each place to which no turtle can get, up to the tolerance of the check."""
-    slack = values.get('tolerance', 0.0)
+def _out_of_the_window(rule: Rule) -> Iterator[str]:
+    """Yield a text for each point to which no turtle can get, up to the tolerance of the check."""
+    points: List[Tuple[Optional[float], Optional[float]]] = []
+    if isinstance(rule, (Draws, Passes)):
+        points += rule.through
+    if isinstance(rule, (Stops, Passes, Spawns)):
+        points.append((rule.x, rule.y))
+    slack = rule.tolerance if isinstance(rule, (Draws, Stops, Passes, Spawns)) else 0.0
     limits = ARENA[0] - slack, ARENA[1] + slack
-    places: Tuple[Tuple[Any, Any], ...] = tuple(values.get('through') or ())
-    if check in ('stops', 'passes', 'spawns'):
-        places += (values['x'], values['y']),
-    for place in places if check in ('stops', 'passes', 'spawns', 'draws') else ():
-        for axis, value in zip('xy', place):
+    for point in points:
+        for axis, value in zip('xy', point):
             if value is not None and not limits[0] <= value <= limits[1]:
                 yield f'{axis} is {value:g} m; the window of turtlesim has {written(ARENA, "m")}'
-    if check == 'draws' and values['size'][0] > ARENA[1]:
-        yield f'size is {written(values["size"], "m")}; the window of turtlesim has {written(ARENA, "m")}'
+    if isinstance(rule, Draws) and rule.size[0] > ARENA[1]:
+        yield f'size is {written(rule.size, "m")}; the window of turtlesim has {written(ARENA, "m")}'

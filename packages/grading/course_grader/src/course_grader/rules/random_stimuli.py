@@ -3,17 +3,18 @@
 All seeds are equally hard: each has the same number of markers and calls, and no number that a program should print is
 close to another one that it could print by mistake.
 """
+import dataclasses
 import itertools
 import math
 import random
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 from course_grader.rules.exercise import Exercise
-from course_grader.rules.judging import Span
+from course_grader.rules.judging import Rule, Span
+from course_grader.rules.rules_driving import Draws, Passes, Stops
 from kinematic_core.worlds.angles import wrap_angle
 
 Position = Tuple[float, float, float]
-MOVED = 'stops', 'passes', 'draws'  # checks whose points are shifted, too
 SHIFTED = 'panels', 'boxes', 'cylinders'  # lists of a world
 
 LEG = 2.0  # [s] for which a drawn velocity, or the pose of a marker, lasts
@@ -57,19 +58,27 @@ def shifted(exercise: Exercise, seed: int) -> Exercise:
     by = {axis: round(numbers.uniform(*exercise.shift[axis]), 2) for axis in 'xy'}  # so that a report reads well
     world = {kind: [_moved(thing, by) for thing in things] if kind in SHIFTED else things
              for kind, things in exercise.world.items()}
-    rules = [rule._replace(parameters=_moved(rule.parameters, by)) if rule.name in MOVED else rule
-             for rule in exercise.rules]
+    rules = [scored._replace(rule=_moved_rule(scored.rule, by)) for scored in exercise.rules]
     return exercise._replace(world=world, rules=rules)
 
 
 def _moved(thing: Mapping[str, Any], by: Mapping[str, float]) -> Dict[str, Any]:
-    """Return a thing of a world, or the parameters of a check, moved; its path [[t, x, y, yaw], ...], too."""
-    moved = {**thing, **{axis: round(thing[axis] + by[axis], 6) for axis in 'xy' if thing.get(axis) is not None}}
+    """Return a thing of a world, moved; its path [[t, x, y, yaw], ...], too."""
+    moved = {**thing, **{axis: round(thing[axis] + by[axis], 6) for axis in 'xy' if axis in thing}}
     if 'path' in moved:
-        moved['path'] = [[t, x + by['x'], y + by['y'], *rest] for t, x, y, *rest in moved['path']]
-    if 'through' in moved:
-        moved['through'] = [(round(x + by['x'], 6), round(y + by['y'], 6)) for x, y in moved['through']]
+        moved['path'] = [[t, x + by['x'], y + by['y'], *others] for t, x, y, *others in moved['path']]
     return moved
+
+
+def _moved_rule(rule: Rule, by: Mapping[str, float]) -> Rule:
+    """Return a rule whose points are moved."""
+    changes: Dict[str, Any] = {}
+    if isinstance(rule, (Stops, Passes)):
+        changes = {axis: round(value + by[axis], 6) for axis, value in (('x', rule.x), ('y', rule.y))
+                   if value is not None}
+    if isinstance(rule, (Draws, Passes)):
+        changes['through'] = [(round(x + by['x'], 6), round(y + by['y'], 6)) for x, y in rule.through]
+    return dataclasses.replace(rule, **changes)
 
 
 def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:

@@ -2,7 +2,7 @@
 import textwrap
 from typing import Any, Dict, List, NamedTuple, Tuple
 
-from course_grader.rules.exercise import KEYS, MEANINGS, ODOMETRY, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
+from course_grader.rules.exercise import KEYS, ODOMETRY, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
 from course_grader.rules.judging import ANY, Kind, Parameters
 from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
@@ -25,12 +25,12 @@ class Entry(NamedTuple):
 
 def checks() -> List[Entry]:
     """Return all checks."""
-    return [Entry(name, (made.judge.__doc__ or '').split('\n', 1)[0], made.parameters) for name, made in RULES.items()]
+    return [Entry(name, (rule.__doc__ or '').split('\n', 1)[0], rule.parameters()) for name, rule in RULES.items()]
 
 
 def stimuli() -> List[Entry]:
     """Return all stimuli."""
-    return [Entry(name, MEANINGS[name], parameters) for name, parameters in STIMULI.items()]
+    return [Entry(name, *stimulus) for name, stimulus in STIMULI.items()]
 
 
 def symptoms() -> List[Entry]:

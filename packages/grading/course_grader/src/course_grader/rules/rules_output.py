@@ -5,15 +5,14 @@ comma. Labels (``y: 2 x: 1``) or the heading of a table tell which number is whi
 message, which rospy prints with one line per field, counts, too.
 """
 import collections
-import dataclasses
 import functools
 import itertools
 import math
 import re
-from types import SimpleNamespace
-from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
+from dataclasses import dataclass, replace
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from course_grader.rules.judging import Judge, Result, counted
+from course_grader.rules.judging import Result, Rule, counted, key
 from course_grader.rules.observation import Call, Goal, Observed, OutputLine, computed
 from course_grader.rules.quantities import NUMBER
 
@@ -52,54 +51,73 @@ class Statement(NamedTuple):
     numbers: List[PrintedNumber]
 
 
+Judge = Callable[[Any, Observed], Result]  # the method of a Rule
+
+
 def _with_decimal_comma(judge: Judge) -> Judge:
     """Return a rule that also reads ``1,5`` as 1.5 in lines without a decimal point, if that improves the result."""
     @functools.wraps(judge)
-    def both(observed: Observed, wanted: SimpleNamespace) -> Result:
+    def both(rule: Rule, observed: Observed) -> Result:
         lines = [line if re.search(r'\d\.\d', line.text) else line._replace(text=DECIMAL_COMMA.sub('.', line.text))
                  for line in observed.lines]
-        results = [judge(observed, wanted)]
+        results = [judge(rule, observed)]
         if lines != observed.lines:
-            results.append(judge(dataclasses.replace(observed, lines=lines), wanted))
+            results.append(judge(rule, replace(observed, lines=lines)))
         return max(results, key=lambda result: result.share)
     return both
 
 
-def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class Prints(Rule):
     """It prints lines that match a pattern."""
-    count = matching(observed, wanted)
-    asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
-    seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
-    if wanted.without is not None:
-        wrong = [line.text for line in observed.lines
-                 if wanted.level in (None, line.level) and re.search(wanted.without, line.text)]
-        if len(wrong) > MAX_WRONG:
-            return Result(0.0, asked, f'{seen}; {len(wrong)} others do not belong there, such as {wrong[0]!r:.60}')
-    return Result(min(1.0, count / wanted.times), asked, seen)
+
+    pattern: str = key('pattern', ..., 'what has to be found in a line')
+    times: int = key('integer', 1, 'in how many lines')
+    level: Optional[str] = key(LEVELS, None, 'only lines that were logged with this level')
+    without: Optional[str] = key('pattern', None, 'what such lines must not have, except for two of them')
+    what: str = key('text', '', 'what the report calls such a line; the pattern, if empty')
+
+    def judge(self, observed: Observed) -> Result:
+        count = self.matching(observed)
+        asked = f'{self.what or repr(self.pattern)}, printed {self.times} times'
+        seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
+        if self.without is not None:
+            wrong = [line.text for line in observed.lines
+                     if self.level in (None, line.level) and re.search(self.without, line.text)]
+            if len(wrong) > MAX_WRONG:
+                return Result(0.0, asked, f'{seen}; {len(wrong)} others do not belong there, such as {wrong[0]!r:.60}')
+        return Result(min(1.0, count / self.times), asked, seen)
+
+    def matching(self, observed: Observed) -> int:
+        """Return the number of lines that match the pattern."""
+        return sum(bool(re.search(self.pattern, line.text)) and self.level in (None, line.level)
+                   for line in observed.lines)
 
 
-def matching(observed: Observed, wanted: SimpleNamespace) -> int:
-    """Return the number of lines that match a pattern."""
-    return sum(bool(re.search(wanted.pattern, line.text)) and wanted.level in (None, line.level)
-               for line in observed.lines)
-
-
-@_with_decimal_comma
-def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class PrintsPoses(Rule):
     """It prints where the turtle is while it moves."""
-    names = ('x', 'y', 'theta')[:wanted.fields]
-    asked = f'{wanted.lines} lines with the {", ".join(names)} of the turtle; {wanted.share:.0%} of all lines correct'
-    numbered = [statement for statement in _statements(observed.lines, wanted.fields)
-                if len(statement.numbers) >= wanted.fields]
-    right = [statement for statement in numbered if _was_there(observed, statement, names, wanted.tolerance)]
-    positions = {tuple(statement.numbers) for statement in right}
-    seen = (f'{len(right)} of {len(numbered)} lines with numbers are correct, at {len(positions)} poses'
-            + _example(observed))
-    if not numbered:
-        seen = f'{len(observed.lines)} lines, none with {wanted.fields} numbers' + _example(observed)
-        return Result(0.0, asked, seen)
-    correct = min(1.0, len(right) / len(numbered) / wanted.share)
-    return Result(correct * min(1.0, len(positions) / wanted.lines), asked, seen)
+
+    fields: int = key((2, 3), 2, '2: x and y; 3: theta as well')
+    tolerance: float = key('length', 0.02, 'how far off a printed value may be')
+    share: float = key('share', 0.8, 'how many of the lines with numbers must be right')
+    lines: int = key('integer', 20, 'at how many different poses')
+
+    @_with_decimal_comma
+    def judge(self, observed: Observed) -> Result:
+        names = ('x', 'y', 'theta')[:self.fields]
+        asked = f'{self.lines} lines with the {", ".join(names)} of the turtle; {self.share:.0%} of all lines correct'
+        numbered = [statement for statement in _statements(observed.lines, self.fields)
+                    if len(statement.numbers) >= self.fields]
+        right = [statement for statement in numbered if _was_there(observed, statement, names, self.tolerance)]
+        positions = {tuple(statement.numbers) for statement in right}
+        seen = (f'{len(right)} of {len(numbered)} lines with numbers are correct, at {len(positions)} poses'
+                + _example(observed))
+        if not numbered:
+            seen = f'{len(observed.lines)} lines, none with {self.fields} numbers' + _example(observed)
+            return Result(0.0, asked, seen)
+        correct = min(1.0, len(right) / len(numbered) / self.share)
+        return Result(correct * min(1.0, len(positions) / self.lines), asked, seen)
 
 
 def poses_are(observed: Observed, names: Sequence[str], tolerance: float) -> float:
@@ -153,36 +171,48 @@ def _was_there(observed: Observed, statement: Statement, names: Sequence[str], t
                for window in windows for sample in near)
 
 
-@_with_decimal_comma
-def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class Answers(Rule):
     """It offers a service and answers every call of the grader."""
-    calls = [call for call in observed.calls if call.service == wanted.service]
-    asked = f'{wanted.service} answers'
-    asked += ' and prints the numbers of each request' if wanted.prints == 'request' else ''
-    if not calls:
-        return Result(0.0, asked, 'the program never offered it')
-    good = [call for call in calls if call.answered]
-    trouble = next((call.trouble for call in calls if not call.answered), '')
-    seen = f'{len(good)} of {len(calls)} calls answered' + (f'; {trouble}' if trouble else '')
-    if wanted.prints == 'request':
-        printed = [call for call in good if _is_printed(observed.lines, call, wanted.tolerance)]
-        share = counted(0.5 * (len(good) + len(printed)), len(calls))
-        return Result(share, asked, f'{seen}; {len(printed)} requests printed')
-    return Result(counted(len(good), len(calls)), asked, seen)
+
+    service: str = key('name', ..., 'name of the service, which a stimulus calls')
+    prints: str = key(('request', 'nothing'), 'nothing', 'request: the numbers of each request must be printed')
+    tolerance: float = key('length', 0.01, 'how far off a printed number may be')
+
+    @_with_decimal_comma
+    def judge(self, observed: Observed) -> Result:
+        calls = [call for call in observed.calls if call.service == self.service]
+        asked = f'{self.service} answers'
+        asked += ' and prints the numbers of each request' if self.prints == 'request' else ''
+        if not calls:
+            return Result(0.0, asked, 'the program never offered it')
+        good = [call for call in calls if call.answered]
+        trouble = next((call.trouble for call in calls if not call.answered), '')
+        seen = f'{len(good)} of {len(calls)} calls answered' + (f'; {trouble}' if trouble else '')
+        if self.prints == 'request':
+            printed = [call for call in good if _is_printed(observed.lines, call, self.tolerance)]
+            share = counted(0.5 * (len(good) + len(printed)), len(calls))
+            return Result(share, asked, f'{seen}; {len(printed)} requests printed')
+        return Result(counted(len(good), len(calls)), asked, seen)
 
 
-def reaches(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class Reaches(Rule):
     """It serves the action Fibonacci: results, feedback on the way, and goals that are cancelled."""
-    goals = [goal for goal in observed.goals if goal.action == wanted.action]
-    asked = f'{wanted.action} reaches its goals, with feedback, and ends one that is cancelled'
-    if not goals:
-        return Result(0.0, asked, 'the program never offered it')
-    wrong = [text for text in map(_missed, goals) if text]
-    right = len(goals) - len(wrong)
-    if not any(goal.cancelled for goal in goals):  # the last one
-        wrong.append('the time was over before the last goal: are two numbers added per second?')
-    seen = f'{right} of {right + len(wrong)} goals' + (f'; {wrong[0]}' if wrong else '')
-    return Result(counted(right, right + len(wrong)), asked, seen)
+
+    action: str = key('name', ..., 'name of the action, to which a stimulus sends goals')
+
+    def judge(self, observed: Observed) -> Result:
+        goals = [goal for goal in observed.goals if goal.action == self.action]
+        asked = f'{self.action} reaches its goals, with feedback, and ends one that is cancelled'
+        if not goals:
+            return Result(0.0, asked, 'the program never offered it')
+        wrong = [text for text in map(_missed, goals) if text]
+        right = len(goals) - len(wrong)
+        if not any(goal.cancelled for goal in goals):  # the last one
+            wrong.append('the time was over before the last goal: are two numbers added per second?')
+        seen = f'{right} of {right + len(wrong)} goals' + (f'; {wrong[0]}' if wrong else '')
+        return Result(counted(right, right + len(wrong)), asked, seen)
 
 
 def _missed(goal: Goal) -> str:
@@ -208,67 +238,93 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
                for numbers in rows)
 
 
-@_with_decimal_comma
-def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class PrintsMarkers(Rule):
     """It prints a value of each marker that is shown.
 
     Only places of its lines with often the right value count, because a program that prints all numbers identifies no
     marker.
     """
-    told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
-    ends = [shown.t for shown in observed.shown[1:]] + [0.0]
-    for number, (shown, end) in enumerate(zip(observed.shown, ends)):
-        late = max(MAX_LATE, end - shown.t)
-        near = [line.text for line in observed.lines if shown.markers and -MAX_EARLY <= line.t - shown.t <= late]
-        for text in near:
-            numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
-            for place, printed in enumerate(numbers if len(numbers) <= MAX_MARKER_NUMBERS else ()):
-                told[words, place].append({
-                    (number, marker) for marker, position in shown.markers.items()
-                    if (printed.value == marker if wanted.what == 'id' else
-                        printed.is_near(position[0], wanted.tolerance))})
-    found = {each for values in told.values() if sum(map(bool, values)) >= MIN_RIGHT * len(values)
-             for one in values for each in one}
-    expected = sum(len(shown.markers) for shown in observed.shown)
-    share = counted(len(found), MIN_PRINTED * expected) if expected else 0.0
-    return Result(share, f'a line with the {wanted.what} of each marker shown',
-                  f'{len(found)} of {expected}' + _example(observed))
+
+    what: str = key(('id', 'x'), ..., 'the id, or x of the position')
+    tolerance: float = key('length', 0.005, 'how far off x may be')
+
+    @_with_decimal_comma
+    def judge(self, observed: Observed) -> Result:
+        told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
+        ends = [shown.t for shown in observed.shown[1:]] + [0.0]
+        for number, (shown, end) in enumerate(zip(observed.shown, ends)):
+            late = max(MAX_LATE, end - shown.t)
+            near = [line.text for line in observed.lines if shown.markers and -MAX_EARLY <= line.t - shown.t <= late]
+            for text in near:
+                numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
+                for place, printed in enumerate(numbers if len(numbers) <= MAX_MARKER_NUMBERS else ()):
+                    told[words, place].append({
+                        (number, marker) for marker, position in shown.markers.items()
+                        if (printed.value == marker if self.what == 'id' else
+                            printed.is_near(position[0], self.tolerance))})
+        found = {each for values in told.values() if sum(map(bool, values)) >= MIN_RIGHT * len(values)
+                 for one in values for each in one}
+        expected = sum(len(shown.markers) for shown in observed.shown)
+        share = counted(len(found), MIN_PRINTED * expected) if expected else 0.0
+        return Result(share, f'a line with the {self.what} of each marker shown',
+                      f'{len(found)} of {expected}' + _example(observed))
 
 
-def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class PrintsNoMarker(Rule):
     """It says so when no marker is seen, and only then."""
-    matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
-    ends = [shown.t - MAX_EARLY for shown in observed.shown[1:]] + [math.inf]
-    shows = {kind: [(shown.t, end) for shown, end in zip(observed.shown, ends) if bool(shown.markers) == kind]
-             for kind in (False, True)}
-    said = sum(any(start - MAX_EARLY <= t < end for t in matching) for start, end in shows[False])
-    wrong = sum(any(start < t < end for t in matching) for start, end in shows[True])
-    share = said / len(shows[False]) if shows[False] else 0.0
-    seen = f'printed {said} of {len(shows[False])} times' + (
-        f', and {wrong} of {len(shows[True])} times with a marker shown' if wrong else '')
-    share *= 1.0 - wrong / max(1, len(shows[True]))
-    return Result(share, 'a line when no marker is shown, and only then', seen)
+
+    pattern: str = key('pattern', r'(?i)\bno(ne)?\b(?!\W*\d)',
+                       'how it says so: by default with the word "no" or "none"')
+
+    def judge(self, observed: Observed) -> Result:
+        matching = [line.t for line in observed.lines if re.search(self.pattern, line.text)]
+        ends = [shown.t - MAX_EARLY for shown in observed.shown[1:]] + [math.inf]
+        shows = {kind: [(shown.t, end) for shown, end in zip(observed.shown, ends) if bool(shown.markers) == kind]
+                 for kind in (False, True)}
+        said = sum(any(start - MAX_EARLY <= t < end for t in matching) for start, end in shows[False])
+        wrong = sum(any(start < t < end for t in matching) for start, end in shows[True])
+        share = said / len(shows[False]) if shows[False] else 0.0
+        seen = f'printed {said} of {len(shows[False])} times' + (
+            f', and {wrong} of {len(shows[True])} times with a marker shown' if wrong else '')
+        share *= 1.0 - wrong / max(1, len(shows[True]))
+        return Result(share, 'a line when no marker is shown, and only then', seen)
 
 
-def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class Connects(Rule):
     """It publishes, subscribes to or serves a name."""
-    there = (wanted.topic, wanted.role) in observed.connections
-    others = sorted(name for name, role in observed.connections if role == wanted.role)
-    does = 'subscribes to' if wanted.role == 'subscribes' else wanted.role
-    asked = f'the program {does} {wanted.topic}' + (f', of the type {wanted.type}' if wanted.type else '')
-    if there and wanted.type and observed.types.get(wanted.topic, '').rpartition('/')[2] != wanted.type:
-        return Result(0.0, asked, f'its type is {observed.types.get(wanted.topic, "unknown")}')
-    return Result(float(there), asked, 'yes' if there else f'the program {does} {", ".join(others) or "nothing"}')
+
+    topic: str = key('name', ..., 'name of the topic or service')
+    role: str = key(('publishes', 'subscribes', 'serves'), ..., 'what it does with it')
+    type: str = key('text', '', 'the name of the type of a topic, in any package; any, if empty')
+
+    def judge(self, observed: Observed) -> Result:
+        there = (self.topic, self.role) in observed.connections
+        others = sorted(name for name, role in observed.connections if role == self.role)
+        does = 'subscribes to' if self.role == 'subscribes' else self.role
+        asked = f'the program {does} {self.topic}' + (f', of the type {self.type}' if self.type else '')
+        if there and self.type and observed.types.get(self.topic, '').rpartition('/')[2] != self.type:
+            return Result(0.0, asked, f'its type is {observed.types.get(self.topic, "unknown")}')
+        return Result(float(there), asked, 'yes' if there else f'the program {does} {", ".join(others) or "nothing"}')
 
 
-def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
+@dataclass(frozen=True)
+class Runs(Rule):
     """It runs as long as it should."""
-    if wanted.until == 'the end':
-        seen = 'yes' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
-            f'{observed.exit_code}'
-        return Result(float(observed.exit_code is None), 'the program runs until the grader ends it', seen)
-    seen = 'it did not end' if observed.exit_code is None else f'exit code {observed.exit_code}'
-    return Result(float(observed.exit_code == 0), 'the program ends when it is done', seen)
+
+    until: str = key(('the end', 'it is done'), 'the end',
+                     'the end: it must not end by itself; it is done: it ends with exit code 0')
+
+    def judge(self, observed: Observed) -> Result:
+        if self.until == 'the end':
+            asked = 'the program runs until the grader ends it'
+            if observed.exit_code is None:
+                return Result(1.0, asked, 'yes')
+            return Result(0.0, asked, f'it ended after {observed.ended_at:.1f} s with exit code {observed.exit_code}')
+        seen = 'it did not end' if observed.exit_code is None else f'exit code {observed.exit_code}'
+        return Result(float(observed.exit_code == 0), 'the program ends when it is done', seen)
 
 
 def numbers_in(text: str) -> List[PrintedNumber]:

@@ -1,7 +1,7 @@
 """Computes the score, with its reasons, from the Observed."""
 from typing import List, NamedTuple, Tuple
 
-from course_grader.rules import judging, registry
+from course_grader.rules import judging
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 
@@ -59,7 +59,7 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
     """Return the Verdict. A program that could not run, or took a shortcut, scores 0."""
     reasons, missing = [], []
     for scored in exercise.rules:
-        result = registry.judge(scored.name, observed.of_robot(scored.robot), scored.parameters)
+        result = scored.rule.judge(observed.of_robot(scored.robot))
         if scored.robot:
             result = result._replace(asked=f'{scored.robot}: {result.asked}')
         share = 1.0 if result.share >= FULL else max(0.0, result.share)

@@ -14,6 +14,7 @@ from course_grader.rules import failures, output_mistakes, path_mistakes, scorin
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
+from course_grader.rules.rules_output import Answers, Connects, Runs
 from course_grader.rules.scoring import Reason, Verdict
 from kinematic_core.worlds import robot_world
 from plain_support.doctor import names
@@ -137,7 +138,7 @@ def _ordered(exercise: Exercise, by_check: Dict[str, List[str]], listed: Dict[st
     A special symptom of the exercise knows more of its task than a general hint for the same check; the others say
     something only where no general hint does. Those that belong to no check come last.
     """
-    for check in (*dict.fromkeys(rule.name for rule in exercise.rules), ''):
+    for check in (*dict.fromkeys(scored.name for scored in exercise.rules), ''):
         own, general = listed.get(check, []), by_check.get(check, [])
         explained = check and set(general) - set(path_mistakes.SIGNS.values())
         yield from (hint for hint, special in own if special)
@@ -177,7 +178,7 @@ def _shortcuts(exercise: Exercise, observed: Observed) -> Iterator[str]:
 
 def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]) -> Iterator[str]:
     """A program that ends too early; one that sleeps may end on purpose."""
-    until = {rule.parameters['until'] for rule in exercise.rules if rule.name == 'runs'}
+    until = {scored.rule.until for scored in exercise.rules if isinstance(scored.rule, Runs)}
     if (program and observed.exit_code == 0 and source_mistakes.never_spins(program)
             and (until == {'the end'} or not until and 'sleep' not in program.read)):
         yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
@@ -259,8 +260,9 @@ def _early_end(seen: Seen) -> Iterator[str]:
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
                    ) -> Iterator[str]:
     """Names that only the program uses and that resemble one of the simulator, the grader or the task."""
-    asked = {value for scored in exercise.rules for key, value in scored.parameters.items()
-             if key in ('topic', 'service')}
+    rules = [scored.rule for scored in exercise.rules]
+    asked = {rule.topic for rule in rules if isinstance(rule, Connects)} | {
+        rule.service for rule in rules if isinstance(rule, Answers)}
     known = asked | {name for name, _ in observed.others if not names.OF_EVERY_NODE.fullmatch(name)}
     likely = {name for name in known if name.lstrip('/') in exercise.asks}
     used = dict(sorted(observed.connections))
