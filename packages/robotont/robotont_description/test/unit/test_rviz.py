@@ -1,6 +1,5 @@
 """robotont_rviz: the command line of rviz, and its error if rviz cannot be started."""
 import os
-import pathlib
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -9,8 +8,9 @@ import pytest
 import yaml
 
 from robotont_description import rviz
+from unit_support.packages import PACKAGES
 
-FOLDER = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_description'
+FOLDER = PACKAGES['robotont_description'].folder
 DISPLAY = {'DISPLAY': ':0'}
 
 

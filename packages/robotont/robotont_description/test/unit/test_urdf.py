@@ -1,20 +1,21 @@
 """robotont_description.urdf: links, joints, places and prefixes of each model."""
 import math
-import pathlib
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 import rospy
 
-from kinematic_core.worlds import frames
+from kinematic_core.worlds import camera, frames
 from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
 from kinematic_core.worlds.planar import Pose2D
+from plain_support.rotations import matrix_from_quaternion, matrix_from_rpy
 from robotont_description.urdf import MODELS, describe
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
 from sim_ros import robotont_messages as messages
+from unit_support.packages import PACKAGES
 
-URDF = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_description' / 'urdf'
+URDF = PACKAGES['robotont_description'].folder / 'urdf'
 LENGTH_TOLERANCE = 1e-5  # [m]
 BASE = {'base_footprint', 'base_link', 'rim_back_link', 'rim_right_link', 'rim_left_link'}
 CAMERA = {'computer_link', 'camera_assembly_link1', 'camera_assembly_link2', 'camera_link', 'camera_color_frame',
@@ -30,12 +31,9 @@ def robot(model, prefix=''):
 def matrix(joint):
     origin = joint.find('origin')
     origin = {} if origin is None else origin.attrib
-    (cr, cp, cy), (sr, sp, sy) = (list(map(function, map(float, origin.get('rpy', '0 0 0').split())))
-                                  for function in (math.cos, math.sin))
-    rotation = np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]])
+    rpy, xyz = ([float(word) for word in origin.get(key, '0 0 0').split()] for key in ('rpy', 'xyz'))
     placed = np.eye(4)
-    placed[:3, :3], placed[:3, 3] = rotation, [float(word) for word in origin.get('xyz', '0 0 0').split()]
+    placed[:3, :3], placed[:3, 3] = matrix_from_rpy(*rpy), xyz
     return placed
 
 
@@ -87,18 +85,14 @@ def test_wheels_turn_as_the_urdf_says(turn):
         placed = place(robot('robotont_gazebo_basic'), transform.child_frame_id, 'base_link')
         at, q = transform.transform.translation, transform.transform.rotation
         assert placed[:3, 3] == pytest.approx([at.x, at.y, at.z], abs=LENGTH_TOLERANCE)
-        assert placed[:3, :3] @ about_axis == pytest.approx(rotation_of(q.x, q.y, q.z, q.w), abs=1e-6)
+        assert placed[:3, :3] @ about_axis == pytest.approx(matrix_from_quaternion((q.x, q.y, q.z, q.w)), abs=1e-6)
 
 
-def rotation_of(x, y, z, w):
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
-
-
-def test_sensors_are_where_the_simulator_has_them():
-    camera = place(robot('robotont_gazebo_nuc'), 'camera_link')
-    assert camera == pytest.approx(matrix_at(frames.CAMERA_X, 0.0, frames.CAMERA_Z))
+def test_sensors_are_those_of_the_simulator():
+    tree = robot('robotont_gazebo_nuc')
+    assert place(tree, 'camera_link') == pytest.approx(matrix_at(frames.CAMERA_X, 0.0, frames.CAMERA_Z))
+    image = tree.find('gazebo/sensor/camera/image')
+    assert (int(image.findtext('width')), int(image.findtext('height'))) == (camera.WIDTH, camera.HEIGHT)
     lidar = place(robot('robotont_gazebo_lidar'), 'hokuyo_link')
     assert lidar == pytest.approx(matrix_at(frames.LIDAR_X, 0.0, frames.LIDAR_Z))
 

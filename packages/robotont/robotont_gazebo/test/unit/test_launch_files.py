@@ -1,10 +1,11 @@
 """The launch files of robotont_gazebo: their common parts are the same."""
-import pathlib
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-LAUNCH = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_gazebo' / 'launch'
+from unit_support.packages import PACKAGES
+
+LAUNCH = PACKAGES['robotont_gazebo'].folder / 'launch'
 VARYING = {'world', 'x_pos'}  # arguments whose defaults depend on the world
 
 

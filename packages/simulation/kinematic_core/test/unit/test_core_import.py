@@ -1,13 +1,13 @@
 """kinematic_core runs with plain python3: no ROS, no site-packages; rays, camera and sectors take numpy, a map
 OpenCV, the environments gymnasium."""
-import pathlib
 import shutil
 import subprocess
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
-CORE, SUPPORT = REPOSITORY / 'packages/simulation/kinematic_core/src', REPOSITORY / 'packages/support/plain_support/src'
+from unit_support.packages import PACKAGES
+
+CORE, SUPPORT = (PACKAGES[name].folder / 'src' for name in ('kinematic_core', 'plain_support'))
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
 WITH_MORE = {'camera', 'overhead', 'rays', 'sectors', 'environments'}  # modules and folders
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')

@@ -1,13 +1,13 @@
 """kinematic_core.worlds.sectors: thirds of a scan, from right to left."""
 import math
-import pathlib
 import re
 
 import pytest
 
 from kinematic_core.worlds.sectors import SCAN_HEIGHT, Sector, Sectors, floor_depth, split
+from unit_support.packages import PACKAGES
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_laserscan_to_distance'
+PACKAGE = PACKAGES['robotont_laserscan_to_distance'].folder
 NOTHING = Sector(math.nan, math.nan)
 
 

@@ -1,6 +1,5 @@
 """Panels in the camera's pictures: where the tracker finds them, and how exactly they are in their place."""
 import math
-import pathlib
 
 import cv2
 import numpy as np
@@ -15,10 +14,11 @@ from plain_support.rotations import angle_between
 from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.textures import INK, PAPER
+from unit_support.packages import PACKAGES
 
 pytestmark = pytest.mark.slow
 
-PACKAGE = pathlib.Path(__file__).parents[5] / 'packages' / 'robotont' / 'robotont_gazebo'
+PACKAGE = PACKAGES['robotont_gazebo'].folder
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera
 POSITION_TOLERANCE = 0.0025  # of the distance

@@ -1,6 +1,5 @@
 """What is blended, is blended in light; what is flat has the same colour at every gamma."""
 import math
-import pathlib
 import zlib
 
 import numpy as np
@@ -12,13 +11,13 @@ from plain_support import InvalidInput
 from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.response import Response
+from unit_support.packages import PACKAGES, REPOSITORY
 
 pytestmark = pytest.mark.slow
 
 AROUND = 7  # px; in the middle of a square of one colour, a picture is flat
 EYE = 0.2155  # [m] height of the Robotont's camera
-REPOSITORY = pathlib.Path(__file__).parents[5]
-WORLDS = REPOSITORY / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds'
+WORLDS = PACKAGES['robotont_gazebo'].folder / 'worlds'
 POSES = {'minimaze_ar': [(-2.0, 0.0, EYE, 0.0), (0.3, 1.2, EYE, 2.5)], 'colors': [(0.0, 0.0, EYE, 0.0)],
          'mapping': [(-2.0, 0.5, EYE, 0.4)]}
 LINEAR_PICTURES = {'minimaze_ar': [715491995, 167038210], 'colors': [3341794944], 'mapping': [1427815833]}  # CRC-32

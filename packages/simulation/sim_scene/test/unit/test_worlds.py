@@ -1,7 +1,6 @@
 """sim_scene.worlds: world files of our own, good and bad, and the way to a world by its name."""
 import json
 import math
-import pathlib
 
 import pytest
 from hypothesis import given
@@ -12,8 +11,9 @@ from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Cylinder, FloorPl
 from kinematic_core.worlds.robot_world import RobotWorld
 from kinematic_core.worlds.world_format import parse_json, to_json
 from sim_scene.worlds import WorldError, find_world, load_world, read_yaml
+from unit_support.packages import PACKAGES
 
-FOLDER = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds'
+FOLDER = PACKAGES['robotont_gazebo'].folder / 'worlds'
 BOX = '{name: wall, x: 1.0, y: 2, yaw: 0.5, length: 0.1, width: 2.0, height: 0.5}'
 
 

@@ -7,7 +7,6 @@ motion, short and long ones, along the axes, of no length, and with ends up to t
 """
 import gzip
 import json
-import pathlib
 import subprocess
 import sys
 import zlib
@@ -15,10 +14,11 @@ import zlib
 import pytest
 
 from turtlesim.core.canvas import Canvas
+from unit_support.packages import REPOSITORY
 
 pytestmark = pytest.mark.slow
 
-STROKES = pathlib.Path(__file__).parents[5] / 'test' / 'data' / 'canvas' / 'strokes.json.gz'
+STROKES = REPOSITORY / 'test' / 'data' / 'canvas' / 'strokes.json.gz'
 BLUE = (69, 86, 255)
 RED = (255, 0, 0)
 

@@ -2,7 +2,6 @@
 
 A picture that is missing is saved, and its test fails once: look at the new one before you commit it.
 """
-import pathlib
 
 import cv2
 import numpy as np
@@ -10,8 +9,9 @@ import pytest
 
 from turtlesim.core import sprites
 from turtlesim.core.designs import FILES
+from unit_support.packages import PACKAGES
 
-IMAGES = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'simulation' / 'turtlesim' / 'images'
+IMAGES = PACKAGES['turtlesim'].folder / 'images'
 ROUNDING = 3  # of 255 [levels] premultiplied, between versions of OpenCV
 
 

@@ -1,5 +1,4 @@
 """turtlesim.core.replay: recordings of the real turtlesim come out equal; what is not equal is found and told."""
-import pathlib
 import shutil
 import struct
 import subprocess
@@ -8,9 +7,10 @@ import sys
 import pytest
 
 from turtlesim.core import replay
+from unit_support.packages import REPOSITORY
 from unit_support.recordings import COLUMNS, read, write
 
-GOLDEN = pathlib.Path(__file__).resolve().parents[5] / 'test' / 'data' / 'golden'
+GOLDEN = REPOSITORY / 'test' / 'data' / 'golden'
 RECORDINGS = sorted(GOLDEN.glob('*.csv'))
 HEADER = ','.join(COLUMNS)
 ROW = '0,,5.54444456,5.54444456,0,0,0,69,86,255'  # turtle1 at rest in the middle, on the background
