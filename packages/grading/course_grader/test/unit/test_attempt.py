@@ -1,6 +1,7 @@
 """How far an attempt lets time pass at once, and whose fault it is if time passes slowly."""
 import math
 import os
+import subprocess
 import time
 import types
 
@@ -35,6 +36,14 @@ def test_a_program_holds_the_simulation_up_by_more_than_one_core(used, wall, exp
     (5.0, 0.0, 5.0, False), (1.0, 10.0, 60.0, True)])  # undisturbed; in threads that have ended, one for each call
 def test_a_simulator_is_flooded_if_it_is_busy_and_not_if_it_waits(ran, waited, used, expected):
     assert attempt._flooded({'7': (1.0, 2.0)}, {'7': (1.0 + ran, 2.0 + waited)}, 100.0, used) is expected
+
+
+@pytest.fixture
+def server():
+    """A process in place of master and simulator: the memory of pytest itself grows with each test."""
+    with subprocess.Popen(['sleep', '60']) as process:
+        yield process
+        process.kill()
 
 
 def an_attempt(deadline=math.inf):
@@ -80,22 +89,22 @@ def test_who_took_the_time_until_the_program_started_is_named(monkeypatch, serve
     ('_simulator_log', attempt.MAX_LOG + 1, 'the program filled the log of the simulator: 16 MB'),
     ('_master_log', attempt.MAX_LOG, ''),
 ])
-def test_a_log_that_grows_without_bound_is_the_programs(tmp_path, log, size, said):
-    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
-    made._master_process = own
+def test_a_log_that_grows_without_bound_is_the_programs(tmp_path, server, log, size, said):
+    made = an_attempt()
+    made._master_process = server
     for name in ('_master_log', '_simulator_log'):
         setattr(made, name, str(tmp_path / name))
         (tmp_path / name).write_bytes(b'')
     os.truncate(tmp_path / log, size)
-    made._check_servers(own)
+    made._check_servers(server)
     assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
 
 
-def test_memory_that_grows_without_bound_is_the_programs(monkeypatch):
-    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
-    made._master_process, made._master_log, made._simulator_log = own, os.devnull, os.devnull
+def test_memory_that_grows_without_bound_is_the_programs(monkeypatch, server):
+    made = an_attempt()
+    made._master_process, made._master_log, made._simulator_log = server, os.devnull, os.devnull
     monkeypatch.setattr(attempt, 'MAX_SERVER_MEMORY', 1)
-    made._check_servers(own)
+    made._check_servers(server)
     assert made.observed.trouble.startswith('the program filled the memory of the ')
 
 
@@ -108,14 +117,14 @@ def test_time_starts_with_a_node_that_has_ended_already():
                            None)
 
 
-def test_connections_without_bound_are_the_programs(monkeypatch):
+def test_connections_without_bound_are_the_programs(monkeypatch, server):
     """The master has a thread for each: 20,000 of them took all processes of the machine from the gradings beside."""
-    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
-    made._master_process, made._master_log, made._simulator_log = own, os.devnull, os.devnull
-    made._check_servers(own)
+    made = an_attempt()
+    made._master_process, made._master_log, made._simulator_log = server, os.devnull, os.devnull
+    made._check_servers(server)
     assert made.observed.trouble == ''
     monkeypatch.setattr(attempt, 'MAX_SERVER_THREADS', 0)
-    made._check_servers(own)
+    made._check_servers(server)
     assert made.observed.trouble.startswith('the program opened too many connections to the ')
 
 
