@@ -21,7 +21,6 @@ COPIED = (  # files, and folders with all that is in them
     'run', 'package.xml', 'CMakeLists.txt', 'setup.py', 'requirements.txt', 'requirements.lock', 'LICENSE',
     'tools/environment.bash', 'tools/workspace.bash', 'tools/pip.lock', 'test/package_tests.cmake', 'msg', 'srv',
     'packages',
-    'tools/bench/markers_cli.py',  # ./run markers
     'launch/browser.launch', 'launch/camera_ar_track.launch', 'launch/turtlesim.launch', 'launch/view.launch',
     'scripts/browser.py', 'scripts/grade.py', 'scripts/marker_sequence.py',
     'src/turtle_robotont/__init__.py', 'src/turtle_robotont/elsewhere.py',

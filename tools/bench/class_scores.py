@@ -1,17 +1,13 @@
 """Score detectors on the photos of marker_classes, and print the scores by class."""
-import time
-
 import numpy as np
 
-import marker_classes
-from alvar_core.detection.detector import Detector
 from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, median, p95
-from marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
-from marker_score import Score, score_frame
-from markers_cli import detection_record
-from photo import with_gamma
 from report import aligned
+from unit_support import marker_classes
+from unit_support.marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
+from unit_support.marker_score import Score, detector_of, scored
+from unit_support.photo import with_gamma
 
 HEADS = ('corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false')
 COLUMNS = 1 + len(HEADS)  # of a tool in the table
@@ -20,17 +16,6 @@ LOOK_ALIKE_PHOTOS = 35  # for each photo of another class: 10,080 squares
 OFF = 5.0  # [degrees] error of a pose that must be flagged
 TINY = '10 to 13.5 px'
 SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
-
-
-def scored(shots, detect):
-    """Return the Score of Shots that ``detect`` (image, camera) gets."""
-    total = Score()
-    for shot in shots:
-        begun = time.thread_time()
-        found = detect(shot.image, shot.camera)
-        total.ms.append(1e3 * (time.thread_time() - begun))
-        total.add(score_frame(shot.frame, shot.camera, shot.image.shape[1], found))
-    return total
 
 
 def scores(tools, half, count, gamma=1.0):
@@ -47,16 +32,6 @@ def scores(tools, half, count, gamma=1.0):
             for tool, detect in tools.items():
                 out[tool][name].add(scored([shot], detect))
     return out
-
-
-def detector_of(size, **options):
-    """Return the function (image, camera) of this project's detector for markers of ``size`` [m]."""
-    return records_of(Detector(size, **options).detect)
-
-
-def records_of(detect):
-    """Return a function that returns the detections of ``detect`` as the scorer's dictionaries."""
-    return lambda *arguments: [detection_record(each) for each in detect(*arguments)]
 
 
 def tools():

@@ -14,8 +14,8 @@ import numpy as np
 
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
-from marker_classes import marker_cells
-from marker_score import rotation_between
+from unit_support.marker_classes import marker_cells
+from unit_support.marker_score import rotation_between
 
 WIDTH, HEIGHT, RATE = 640, 480, 30.0  # px; Hz
 SIZE = 0.10  # [m] of the markers

@@ -8,10 +8,10 @@ import numpy as np
 
 from alvar_core.camera import CameraError
 from aruco_baseline import ArucoBaseline
-from class_scores import detector_of, pair
-from marker_score import rotation_between
+from class_scores import pair
 from processes import BenchError
 from report import aligned
+from unit_support.marker_score import detector_of, rotation_between
 
 RARE = 3  # images: an id that is seen in fewer is doubtful
 SIZE = 0.05  # m: has no effect without ground truth

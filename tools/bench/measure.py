@@ -22,6 +22,7 @@ from session import Subject, find_node, split_command
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 REPOSITORY = FOLDER.parents[1]
+sys.path.append(str(REPOSITORY / 'test'))  # photos, scores and drives of unit_support
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
 ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading', 'hints'), 'sensitivity': ('markers',),

@@ -18,12 +18,9 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
-import maze_drive
-from goals import RESOLUTION
 from kinematic_core.timing.idle_threads import ProcessThreads
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_Z, frames
-from maze_drive import CAMERA, CAMERA_FARTHEST, CAMERA_NEAREST, INCREMENT, MOUNT, START
 from navigation_core.maps.grid_map import OCCUPIED, UNKNOWN, GridMap
 from navigation_core.maps.scores import scores, true_map
 from navigation_core.ros import grids
@@ -31,6 +28,9 @@ from navigation_core.ros.poses import from_pose, of_transform, to_transform
 from probing import COME_UP, Silent, await_true, say
 from sim_ros import robotont_messages
 from suite_navigation import NOISES, carried_log, error, moments
+from unit_support import maze_drive
+from unit_support.goals import RESOLUTION
+from unit_support.maze_drive import CAMERA, CAMERA_FARTHEST, CAMERA_NEAREST, INCREMENT, MOUNT, START
 
 MAP_SEED, LOCALISATION_SEED = 1, 2
 BEGIN = 10.0  # [s] of /clock at the start of a drive

@@ -13,13 +13,13 @@ from statistics import median
 
 import numpy as np
 
-import marker_classes
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
-from marker_classes import KINDS, LOOK_ALIKES, SIZE
-from marker_score import Score, score_frame
 from processes import BenchError
+from unit_support import marker_classes
+from unit_support.marker_classes import KINDS, LOOK_ALIKES, SIZE
+from unit_support.marker_score import Score, score_frame
 
 FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')

@@ -19,10 +19,10 @@ from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, a
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import LaserScanner
 from kinematic_core.worlds.robot_world import DT, RobotWorld
-from maze_drive import WORLDS
 from probing import say
 from sim_scene.renderer import Renderer
 from sim_scene.worlds import load_world
+from unit_support.maze_drive import WORLDS
 
 START = Pose2D(-2.0, 0.0, 0.0)
 COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4

@@ -15,15 +15,14 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
-import marker_classes
 from alvar_core import bundles, drawing, native, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from class_scores import detector_of, records_of, scored
-from marker_score import Match, Score
 from rostest_support.marker_scenes import Placed, Scene, image_of, random_markers
+from unit_support import marker_classes
+from unit_support.marker_score import Match, Score, detector_of, records_of, scored
 
 CHANGE = 0.1  # of a threshold
 STEPS = {'window': 2}  # the window of a Pass is odd

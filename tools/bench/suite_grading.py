@@ -19,15 +19,13 @@ from statistics import mean
 
 import psutil
 
+import check_red_team
+from check_grading import hand_in
 from course_grader.isolation import levels
 from figures import OURS, Figure, Target, median
 from plain_support import course, processes
 from processes import BenchError, Child, tree_memory
 from session import Measurement
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / 'test'))
-import check_red_team  # noqa: E402
-from check_grading import hand_in  # noqa: E402
 
 NEEDS_NODE = False
 REPOSITORY = Path(__file__).resolve().parents[2]

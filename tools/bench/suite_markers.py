@@ -15,22 +15,22 @@ import numpy as np
 
 import class_scores
 import marker_bag
-import marker_classes
 import no_markers
 import peers
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
+from alvar_core.markers_cli import detection_record
 from aruco_baseline import ArucoBaseline
 from command import progress, write_figures
 from figures import OURS, Figure, Target, median, p95
-from marker_score import cameras_of, score
-from markers_cli import detection_record
-from photo import with_gamma
 from processes import BenchError
 from report import aligned
 from sensitivity import report as sensitivity_report
 from session import Measurement
+from unit_support import marker_classes
+from unit_support.marker_score import cameras_of, detector_of, score, scored
+from unit_support.photo import with_gamma
 
 NEEDS_NODE = False
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / 'test' / 'data' / 'alvar'
@@ -187,9 +187,9 @@ def many(_subject, scale):
             shot = marker_classes.crowd(*layout, number)
             for key, exponent in ('many', 1.0), ('gamma_many', GAMMA):
                 seen = [shot._replace(image=with_gamma(shot.image, exponent))]
-                detect = class_scores.detector_of(marker_classes.SIZE)
-                class_scores.scored(seen, detect)  # a first call does what is needed only once
-                score = class_scores.scored(seen, detect)
+                detect = detector_of(marker_classes.SIZE)
+                scored(seen, detect)  # a first call does what is needed only once
+                score = scored(seen, detect)
                 for of, values in (('cpu', score.ms), ('missed', [count - len(score.found)]),
                                    ('false', [score.false + score.wrong]), ('corner', score.corners())):
                     samples.setdefault(f'{key}_{count}_{of}', []).extend(values)
@@ -243,7 +243,7 @@ def classes(_subject, scale):
     half, count = _chosen['half'], max(1, class_scores.PER_CLASS // scale)
     if 'results' not in _kept:
         results = _kept['results'] = class_scores.scores(class_scores.tools(), half, count)
-        results.update(class_scores.scores({SHOWN: class_scores.detector_of(marker_classes.SIZE)}, half, count, GAMMA))
+        results.update(class_scores.scores({SHOWN: detector_of(marker_classes.SIZE)}, half, count, GAMMA))
         if _chosen['peers']:
             results.update(peers.scores(half, count, progress))
     results = _kept['results']

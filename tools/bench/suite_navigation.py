@@ -16,10 +16,8 @@ os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # befo
 import cv2
 import numpy as np
 
-import goals
 import stacks
 from figures import Figure, Target, median
-from maze_drive import START, camera_scan, drive, lidar_scan, walls
 from navigation_core.localisation import particle_filter
 from navigation_core.localisation.particle_filter import ParticleFilter
 from navigation_core.localisation.sensor import MeasuredMap, SensorModel
@@ -28,6 +26,8 @@ from navigation_core.poses import Pose
 from navigation_core.slam import mapper
 from navigation_core.slam.mapper import Mapper
 from session import FULL, QUICK, Measurement
+from unit_support import goals
+from unit_support.maze_drive import START, camera_scan, drive, lidar_scan, walls
 
 PACKAGE, EXECUTABLE = 'gmapping', 'slam_gmapping'
 NOISES = {'exact': (0.0, 0.0), 'good': (0.02, 0.02), 'fair': (0.05, 0.05), 'bad': (0.1, 0.05)}  # noise [m], slip

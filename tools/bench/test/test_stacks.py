@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-import maze_drive
 import stacks
 import suite_navigation
 from navigation_core.poses import Pose
+from unit_support import maze_drive
 
 
 def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(tmp_path):

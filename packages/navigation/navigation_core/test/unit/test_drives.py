@@ -3,9 +3,9 @@ import math
 
 import pytest
 
-from goals import SimulatedRobot
 from kinematic_core.worlds.floor_plan import Box
 from navigation_core.poses import Pose
+from unit_support.goals import SimulatedRobot
 
 pytestmark = pytest.mark.slow
 

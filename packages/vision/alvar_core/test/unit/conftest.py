@@ -1,4 +1,4 @@
-"""One thread, so that runs repeat and times compare; the scenes and the score of the bench."""
+"""One thread, so that runs repeat and times compare."""
 
 import cv2
 

@@ -2,6 +2,7 @@
 import json
 import math
 import os
+import pathlib
 import subprocess
 import sys
 
@@ -9,7 +10,6 @@ import cv2
 import numpy as np
 import pytest
 
-import marker_classes
 from alvar_core import code, drawing, native, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import candidates, homography, pose, thresholds
@@ -21,13 +21,14 @@ from alvar_core.detection.edge_alignment import edge_points, fit_plane
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, black_cells, words_of_numbers
+from unit_support import marker_classes
 
 pytestmark = pytest.mark.slow
 
 HALF = 4.5  # cells
 FIND = '''
 import json, sys
-import marker_classes
+from unit_support import marker_classes
 from alvar_core import native
 from alvar_core.detection.detector import Detector
 detector, found = Detector(marker_classes.SIZE), []
@@ -47,7 +48,7 @@ def a_square():
 
 
 def found_by(*names, **environment):
-    path = os.pathsep.join([os.path.dirname(marker_classes.__file__), os.environ.get('PYTHONPATH', '')])
+    path = os.pathsep.join([str(pathlib.Path(__file__).parents[5] / 'test'), os.environ.get('PYTHONPATH', '')])
     out = subprocess.run([sys.executable, '-c', FIND, *names], env={**os.environ, 'PYTHONPATH': path, **environment},
                          stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
     return json.loads(out)

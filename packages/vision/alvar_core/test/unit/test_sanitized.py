@@ -8,8 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-import marker_classes
-
 pytestmark = pytest.mark.slow
 
 NATIVE = pathlib.Path(__file__).resolve().parents[2] / 'native'
@@ -24,12 +22,12 @@ spec.loader.exec_module(steps)
 
 import cv2
 import numpy as np
-import marker_classes
+from unit_support import marker_classes
 from alvar_core import native
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.fisheye import FisheyeCamera
-from photo import with_gamma
+from unit_support.photo import with_gamma
 
 assert native.steps is steps
 cv2.setNumThreads(1)
@@ -66,7 +64,7 @@ def test_no_step_leaves_its_memory(tmp_path):
     # where a program's own code is not C++, libasan needs libstdc++ beside it to see exceptions
     preloaded = [subprocess.check_output([compiler, '-print-file-name=' + name], text=True).strip()
                  for name in ('libasan.so', 'libstdc++.so')]
-    path = os.pathsep.join([os.path.dirname(marker_classes.__file__), os.environ.get('PYTHONPATH', '')])
+    path = os.pathsep.join([str(pathlib.Path(__file__).parents[5] / 'test'), os.environ.get('PYTHONPATH', '')])
     result = subprocess.run([sys.executable, '-c', DETECT, module], capture_output=True, text=True, check=False,
                             timeout=600,
                             env={**os.environ, 'PYTHONPATH': path, 'LD_PRELOAD': ' '.join(preloaded),

@@ -2,16 +2,15 @@
 import numpy as np
 import pytest
 
-import marker_classes
-import photo
 from alvar_core import rotations
 from alvar_core.camera import Camera, default_camera
 from alvar_core.detection import thresholds
 from alvar_core.detection.bent_paper import BentPaper, Crease, Cylinder
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from marker_score import rotation_between
 from rostest_support.marker_scenes import Placed, Scene, image_of
+from unit_support import marker_classes, photo
+from unit_support.marker_score import rotation_between
 
 pytestmark = pytest.mark.slow
 

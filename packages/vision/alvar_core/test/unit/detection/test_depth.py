@@ -10,8 +10,8 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import depth, pose
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.detector import Detector
-from photo import with_gamma
 from rostest_support.marker_scenes import Placed, Scene, image_of
+from unit_support.photo import with_gamma
 
 pytestmark = pytest.mark.slow
 

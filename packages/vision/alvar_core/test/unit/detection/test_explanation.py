@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
-import marker_score
 from alvar_core import drawing
 from alvar_core.camera import default_camera
 from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.explanation import FOUND, RANKS, Candidate, Explanation, explain
+from unit_support import marker_score
 
 HERE = pathlib.Path(__file__).resolve()
 FRAMES = HERE.parents[6] / 'test' / 'data' / 'alvar'

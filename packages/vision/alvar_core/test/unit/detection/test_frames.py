@@ -10,10 +10,10 @@ import pathlib
 import cv2
 import pytest
 
-import marker_score
-import markers_cli
+from alvar_core import markers_cli
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
+from unit_support import marker_score
 
 pytestmark = pytest.mark.slow
 

@@ -4,11 +4,11 @@ import functools
 import numpy as np
 import pytest
 
-import marker_classes
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.light import LINEAR, Evidence, Light, Response
 from alvar_core.detection.pyramid import Pyramid
-from photo import with_gamma
+from unit_support import marker_classes
+from unit_support.photo import with_gamma
 
 pytestmark = pytest.mark.slow
 

@@ -4,12 +4,12 @@ import functools
 import numpy as np
 import pytest
 
-import marker_classes
 from alvar_core import native
 from alvar_core.detection.candidates import Turns
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from photo import with_gamma
+from unit_support import marker_classes
+from unit_support.photo import with_gamma
 
 pytestmark = pytest.mark.slow
 

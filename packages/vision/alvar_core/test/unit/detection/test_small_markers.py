@@ -4,10 +4,10 @@ import math
 import numpy as np
 import pytest
 
-import marker_classes
 from alvar_core.detection import thresholds
 from alvar_core.detection.detector import Detector
-from photo import Photo, Sheet, with_gamma
+from unit_support import marker_classes
+from unit_support.photo import Photo, Sheet, with_gamma
 
 KIND, PHOTOS, LEAST = '10 to 13.5 px', 20, 15
 NOT_MARKERS = 40

@@ -5,8 +5,6 @@ import cv2
 import numpy as np
 import pytest
 
-import class_scores
-import marker_classes
 from alvar_core import code
 from alvar_core.camera import default_camera
 from alvar_core.detection import broken_outlines, candidates, homography, striped_light
@@ -16,6 +14,7 @@ from alvar_core.detection.local_contrast import LocalDecoder, steps_of
 from alvar_core.detection.reading import black_cells
 from alvar_core.detection.tracker import Tracker
 from rostest_support.marker_scenes import Scene, image_of, random_markers
+from unit_support import marker_classes, marker_score
 
 pytestmark = pytest.mark.slow
 
@@ -76,8 +75,8 @@ def test_parts_are_kept_that_are_dark_on_their_right():
 
 
 def scored(name, count):
-    return class_scores.scored((marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
-                                for number in range(count)), class_scores.detector_of(marker_classes.SIZE))
+    return marker_score.scored((marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+                                for number in range(count)), marker_score.detector_of(marker_classes.SIZE))
 
 
 @pytest.mark.parametrize('name', ['shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole'])

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-import marker_classes
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.explanation import explain
 from alvar_core.fisheye import FisheyeCamera
-from photo import Photo, Sheet
+from unit_support import marker_classes
+from unit_support.photo import Photo, Sheet
 
 WIDTH, HEIGHT, SIDE = 640, 480, 130.0  # px
 FOCAL = WIDTH / 2 / math.radians(60)  # px: a fisheye lens of 120 degrees

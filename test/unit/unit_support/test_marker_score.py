@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-import marker_score
 from alvar_core.camera import Camera
+from unit_support import marker_score
 
 CAMERA = Camera([400, 0, 319.5, 0, 400, 239.5, 0, 0, 1])
 UPRIGHT, TURNED_40 = [1.0, 0, 0, 0], [math.cos(math.radians(20)), math.sin(math.radians(20)), 0, 0]

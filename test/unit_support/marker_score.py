@@ -7,11 +7,14 @@ false positives. Markers with `ignore` (cut by the image's edge) count neither a
 rotation error above FLIP that is not flagged.
 """
 import math
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from alvar_core.camera import Camera
+from alvar_core.detection.detector import Detector
+from alvar_core.markers_cli import detection_record
 
 FLIP, GOOD = 30.0, 2.0  # [degrees] error of a flip; of a pose that must not be flagged, at most
 ON_MARKER = 1.15  # times a marker's size: detections inside lie on it
@@ -168,3 +171,23 @@ def score(truth, results):
         out.setdefault(frame['difficulty'], Score()).add(score_frame(frame, cameras[frame['camera']], width, found))
     return out
 
+
+def scored(shots, detect):
+    """Return the Score of Shots that ``detect`` (image, camera) gets."""
+    total = Score()
+    for shot in shots:
+        begun = time.thread_time()
+        found = detect(shot.image, shot.camera)
+        total.ms.append(1e3 * (time.thread_time() - begun))
+        total.add(score_frame(shot.frame, shot.camera, shot.image.shape[1], found))
+    return total
+
+
+def detector_of(size, **options):
+    """Return the function (image, camera) of this project's detector for markers of ``size`` [m]."""
+    return records_of(Detector(size, **options).detect)
+
+
+def records_of(detect):
+    """Return a function that returns the detections of ``detect`` as the scorer's dictionaries."""
+    return lambda *arguments: [detection_record(each) for each in detect(*arguments)]

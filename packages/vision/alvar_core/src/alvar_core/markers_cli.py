@@ -7,6 +7,8 @@ a webcam, and positions are in widths of a marker. OUT gets
 
 --explain prints for each candidate of each frame why it is a marker or not, and draws that into FOLDER/NAME.png.
 """
+from __future__ import annotations
+
 import argparse
 import functools
 import json
@@ -14,11 +16,14 @@ import os
 import statistics
 import sys
 import time
+from typing import Any, Callable, Sequence
 
 import cv2
 
+from alvar_core.arrays import Image
 from alvar_core.camera import Camera, default_camera
 from alvar_core.detection import explanation
+from alvar_core.detection.detection import Detection
 from alvar_core.detection.detector import Detector, checked_candidates
 from alvar_core.detection.light import checked_gamma
 from alvar_core.detection.thresholds import MAX_CANDIDATES
@@ -26,13 +31,14 @@ from plain_support import unwritten, write_whole
 
 DESCRIPTION = 'frames.json'
 IMAGES = '.png', '.jpg', '.jpeg'
+Look = Callable[[Detector, Image, Camera, str], None]
 
 
 class ResultError(Exception):
     """A result cannot be written; the text says what to do."""
 
 
-def detection_record(detection):
+def detection_record(detection: Detection) -> dict[str, Any]:
     """Return a Detection as the scorer's dictionary, in m and as a quaternion x y z w."""
     return {'id': detection.id, 'position': [round(float(v), 6) for v in detection.position],
             'orientation': [round(float(v), 7) for v in detection.quaternion],
@@ -42,7 +48,7 @@ def detection_record(detection):
             'ambiguity': round(detection.ambiguity, 4), 'reprojection_error_px': round(detection.error, 4)}
 
 
-def _milliseconds(detector, image, camera, repeats):
+def _milliseconds(detector: Detector, image: Image, camera: Camera, repeats: int) -> tuple[list[Detection], float]:
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -51,7 +57,8 @@ def _milliseconds(detector, image, camera, repeats):
     return found, sorted(times)[len(times) // 2]
 
 
-def explain(detector, image, camera, name, pictures=None, point=None):
+def explain(detector: Detector, image: Image, camera: Camera, name: str, pictures: str | None = None,
+            point: tuple[float, float] | None = None) -> None:
     """Print where the search for each candidate of a frame ended; draw it into a folder ``pictures``.
 
     Of a ``point`` (x, y) [px], say what is there.
@@ -68,7 +75,7 @@ def explain(detector, image, camera, name, pictures=None, point=None):
         print(f'  drawn in {path}')
 
 
-def _write(path, content):
+def _write(path: str, content: bytes | str) -> None:
     """Write a result; raise ResultError if that fails."""
     try:
         write_whole(path, content)
@@ -76,12 +83,12 @@ def _write(path, content):
         raise ResultError(unwritten(error, 'choose another place')) from None
 
 
-def _described(path):
+def _described(path: str) -> dict[str, Any]:
     """Return the content of a folder's frames.json; without one, the same for an image or for those in a folder."""
     description = os.path.join(path, DESCRIPTION)
     if os.path.exists(description):
-        with open(description) as file:
-            truth = json.load(file)
+        with open(description) as described:
+            truth = json.load(described)
         if not isinstance(truth, dict):
             raise ValueError(f'it holds a {type(truth).__name__}; it must be a mapping with cameras and frames')
         return truth
@@ -98,7 +105,7 @@ def _described(path):
     return {'cameras': cameras, 'frames': frames}
 
 
-def _read(path):
+def _read(path: str) -> Image:
     """Return the grey image in a file; raise ValueError unless it is one."""
     image = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
     if image is None:
@@ -106,7 +113,7 @@ def _read(path):
     return image
 
 
-def run(folder, repeats=1, look=None, **options):
+def run(folder: str, repeats: int = 1, look: Look | None = None, **options: Any) -> dict[str, Any]:
     """Return the results of an image or of all frames in a folder; raise OSError or ValueError that says what is wrong.
 
     ``look(detector, image, camera, name)`` is called for each frame; ``options`` are those of a Detector.
@@ -133,7 +140,7 @@ def run(folder, repeats=1, look=None, **options):
             'frames': frames}
 
 
-def _parse(arguments):
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Return the options; exit with 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
     parser.add_argument('path', help='a PNG or JPEG, or a folder of them; a frames.json in it may name them, their '
@@ -159,10 +166,10 @@ def _parse(arguments):
     return options
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     options = _parse(arguments)
-    look = None
+    look: Look | None = None
     if options.explain is not None:
         look = functools.partial(explain, pictures=options.explain or None, point=options.at)
     cv2.setNumThreads(options.threads)
@@ -190,9 +197,9 @@ def main(arguments=None):
     return 0
 
 
-def _checked(kind, check):
+def _checked(kind: Callable[[str], Any], check: Callable[[Any], Any]) -> Callable[[str], Any]:
     """Return a function of a text for argparse that returns check(kind(text))."""
-    def convert(text):
+    def convert(text: str) -> Any:
         try:
             return check(kind(text))
         except ValueError as error:
@@ -200,7 +207,7 @@ def _checked(kind, check):
     return convert
 
 
-def _point(text):
+def _point(text: str) -> tuple[float, float]:
     """Return (x, y) of 'X,Y'."""
     try:
         x, y = map(float, text.split(','))
@@ -209,7 +216,7 @@ def _point(text):
     return x, y
 
 
-def _fail(text):
+def _fail(text: object) -> int:
     print(f'./run markers: {text}', file=sys.stderr)
     return 1
 

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-import markers_cli
-from alvar_core import drawing
+from alvar_core import drawing, markers_cli
 
 CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 

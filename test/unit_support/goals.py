@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
-import maze_drive
 from figures import Figure, Target, median, p95
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
@@ -24,6 +23,7 @@ from navigation_core.planning.footprint import Footprint
 from navigation_core.planning.local_planner import LocalPlanner, Settings, Velocity
 from navigation_core.planning.navigator import Navigator, Patience, State
 from navigation_core.poses import Pose, wrap
+from unit_support import maze_drive
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 CONFIG = REPOSITORY / 'packages' / 'navigation' / 'robotont_navigation' / 'config'

@@ -12,7 +12,7 @@ import numpy as np
 
 from alvar_core import code, rotations
 from alvar_core.camera import default_camera
-from photo import Creased, Cylinder, Photo, Sheet, band, gradient, shadow, spot, stripes
+from unit_support.photo import Creased, Cylinder, Photo, Sheet, band, gradient, shadow, spot, stripes
 
 DEVELOPMENT, TEST = 'development', 'test'
 HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; change that of the test half after a look at its photos

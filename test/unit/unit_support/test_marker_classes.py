@@ -1,16 +1,14 @@
-"""The photos by class: geometry of bent sheets, light, ground truth, halves; their scores and table."""
+"""The photos by class: geometry of bent sheets, light, ground truth, halves; their scores."""
 import copy
 
 import numpy as np
 import pytest
 
-import class_scores
-import marker_classes
-import photo
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
-from marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
-from marker_score import Score, score_frame
+from unit_support import marker_classes, photo
+from unit_support.marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
+from unit_support.marker_score import Score, detector_of, score_frame
 
 pytestmark = pytest.mark.slow
 
@@ -45,7 +43,7 @@ def test_flat_marker_is_drawn_where_its_corners_are():
     rotation, position = rotations.facing(0.5, 1.0, 0.3), np.array([0.02, 0.01, 0.3])
     sheet = photo.Sheet(marker_classes.marker_cells(42), 42, 0.05, rotation, position)
     shot = photo.Photo(CAMERA, (640, 480), [sheet]).render(np.random.default_rng(1))
-    found = class_scores.detector_of(0.05)(shot, CAMERA)
+    found = detector_of(0.05)(shot, CAMERA)
     assert [each['id'] for each in found] == [42]
     assert np.abs(np.subtract(found[0]['corners'], sheet.corners(CAMERA))).max() < 0.15  # px
     assert sheet.corners(CAMERA) == pytest.approx(drawing.project(CAMERA, rotation, position,
@@ -82,8 +80,3 @@ def test_scores_count_corners_flags_and_rotations():
     score.add(score_frame(shot.frame, shot.camera, 640, [right, {**right, 'id': marker['id'] ^ 1}]))
     assert score.corners() == pytest.approx([3.0]) and score.recall == 100 and score.wrong == 1
     assert score.flags() == [True] == score.flags(good_only=True) and score.rotations(sure=True) == []
-    empty = {name: Score() for name in (*KINDS, LOOK_ALIKES)}
-    text = class_scores.table({'here': {**empty, 'even': score}})
-    assert 'even           100.0' in text and '3.00 / 3.00' in text
-    both = class_scores.table({'here': {**empty, 'even': score}, 'gamma': {name: score for name in KINDS}})
-    assert both.count('3.00 / 3.00') == 1 + len(KINDS)  # side by side; a camera with a gamma is shown no look-alikes

@@ -1,2 +1,0 @@
-"""The scenes of the bench, which the tracker's tests show it."""
-
