@@ -19,6 +19,7 @@ from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import RobotWorld
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, TurtleWorld
 from rospy_support.parameters import Parameter
+from sim_scene import worlds
 
 RUNS = [{'check': 'runs', 'points': 100}]
 BASE = {'title': 'T', 'time': '60 s', 'checks': RUNS}
@@ -45,11 +46,11 @@ def read(content):
         return None
 
 
-def arguments(made, seed):
+def arguments(made, seed, folder='/tmp'):
     """Return {name: value} of the private parameters with which the grader starts the simulator."""
     attempt = SimpleNamespace(exercise=made, _job=SimpleNamespace(seed=seed), _record='record.csv',
                               _policy=SimpleNamespace(lockstep=True))
-    given_ = [argument.partition(':=') for argument in Attempt._simulator_arguments(attempt, '/tmp')
+    given_ = [argument.partition(':=') for argument in Attempt._simulator_arguments(attempt, folder)
               if argument.startswith('_')]
     return {f'~{name[1:]}': yaml.safe_load(text) for name, _, text in given_}
 
@@ -100,6 +101,14 @@ def test_where_a_robot_starts(start, shift, odometry, seed):
         plan = world_format.parse(made.world)
         world = RobotWorld(plan, Pose2D(1000.0 * 9, 0.0, 0.0), slip=numbers.get('~odom_slip', 0.0))
         world.place(numbers['~x'], numbers['~y'], numbers['~yaw'])
+
+
+def test_tiny_numbers_reach_the_simulator_as_numbers(tmp_path):
+    """1e-09 is a text in YAML 1.1."""
+    wall = {'name': 'a', 'x': 5.0, 'y': 0.0, 'yaw': 1e-9, 'length': 1.0, 'width': 1.0, 'height': 1.0}
+    values = arguments(read({**ROBOT, 'world': {'boxes': [wall]}, 'odometry': {'noise': '1e-7 cm'}}), 1, tmp_path)
+    assert values['~odom_noise'] == 1e-9
+    assert worlds.read_yaml(values['~world']).boxes[0].yaw == 1e-9
 
 
 @given(st.lists(st.tuples(spans('m'), spans('m'), spans('deg')), min_size=1, max_size=4), st.integers(1, 9999))

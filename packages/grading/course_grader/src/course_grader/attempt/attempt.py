@@ -27,6 +27,7 @@ import xmlrpc.client
 import psutil
 import rosgraph
 import rospy
+import yaml
 
 from course_grader.attempt import beside, forked, map_file, robots, static_analysis
 from course_grader.attempt.guard import Guard
@@ -326,14 +327,14 @@ class Attempt:
         if self.exercise.world or self.exercise.robots:
             path = os.path.join(folder, WORLD)
             with open(path, 'w', encoding='utf-8') as file:
-                json.dump(self.exercise.world, file)  # JSON is YAML, too
+                yaml.safe_dump(self.exercise.world, file)  # not JSON: its 1e-09 is a text in YAML 1.1
             common.append(path if self.exercise.robots else f'_world:={path}')
         if self.exercise.robots:
             return [*common, f'_seed:={self._job.seed}']
         model = 'lidar' if self.exercise.beside else 'basic'
         if self.exercise.beside:
             common.append(f'_lockstep_wait:={beside.PATIENCE:g}')
-        common += [f'_odom_{key}:={value:.9g}' for key, value in self.exercise.odometry.items()]
+        common += [f'_odom_{key}:={value:.9f}' for key, value in self.exercise.odometry.items()]
         return [*common, f'_seed:={self._job.seed}', f'_model:=robotont_gazebo_{model}', f'_x:={start["x"]:.4f}',
                 f'_y:={start["y"]:.4f}', f'_yaw:={start["theta"]:.4f}']
 
