@@ -25,8 +25,8 @@ class GotoPoseServer:
         self.publisher = rospy.Publisher(f'{turtle}/cmd_vel', Twist, queue_size=10)
         self.teleport = rospy.ServiceProxy(f'{turtle}/teleport_absolute', TeleportAbsolute)
         rospy.on_shutdown(self.stop)
+        self.pose = rospy.wait_for_message(f'{turtle}/pose', Pose)
         rospy.Subscriber(f'{turtle}/pose', Pose, self.store_pose)
-        rospy.wait_for_message(f'{turtle}/pose', Pose)
         rospy.Service(f'{turtle}/gotoPose', TeleportAbsolute, self.goto_pose)
         rospy.loginfo('Ready to command gotoPose service.')
 

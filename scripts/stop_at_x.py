@@ -25,6 +25,7 @@ def limited(value, limit):
 
 
 def main():
+    global pose
     rospy.init_node('stop_at_x')
     check_params(x=number(0.0, 11.0889, 'm'), speed=number(0.05, 10.0, 'm/s'), turn_speed=number(0.1, 10.0, 'rad/s'),
                  turtle=ros_name('turtle1'))
@@ -33,10 +34,10 @@ def main():
     turn_speed = rospy.get_param('~turn_speed', 5.0)  # at most [rad/s]
     turtle = rospy.get_param('~turtle', 'turtle1')
 
-    rospy.Subscriber(f'{turtle}/pose', Pose, store_pose)
     publisher = rospy.Publisher(f'{turtle}/cmd_vel', Twist, queue_size=10)
     rospy.on_shutdown(lambda: publisher.publish(Twist()))  # all zeros: the turtle stops
-    rospy.wait_for_message(f'{turtle}/pose', Pose, timeout=10.0)
+    pose = rospy.wait_for_message(f'{turtle}/pose', Pose, timeout=10.0)
+    rospy.Subscriber(f'{turtle}/pose', Pose, store_pose)
     rospy.loginfo('Driving from x = %.3f to x = %.3f m at %.2f m/s', pose.x, x, speed)
 
     rate = rospy.Rate(50)

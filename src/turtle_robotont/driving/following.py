@@ -43,22 +43,26 @@ class Follower:
         self.marker_id, self.settings = marker_id, settings or Settings()
         self.state = State.WAITING
         self.sighting: Optional[Sighting] = None  # the last Sighting of the marker
-        self._unseen = 0.0  # [s] since that sighting
-        self._unheard = 0.0  # [s] since the tracker sent any message
+        self._unseen = self._unheard = 0.0  # [s] of steps since that sighting, and since any message of the tracker
+        self._seen = self._heard = False  # since the last step
         self._command = STOP
 
     def see(self, sightings: Sequence[Sighting]) -> None:
         """Process all Sightings of one message, if any; of several with the followed id, the nearest counts."""
-        self._unheard = 0.0
+        self._heard = True
         mine = [sighting for sighting in sightings if sighting.id == self.marker_id]
         if mine:
-            self.sighting, self._unseen = min(mine, key=lambda sighting: sighting.distance), 0.0
+            self.sighting, self._seen = min(mine, key=lambda sighting: sighting.distance), True
             self.state = State.FOLLOWING
 
     def step(self, dt: float) -> Optional[Twist2D]:
-        """Return the command after another ``dt`` [s], or None if there is nothing to send."""
-        self._unseen += dt
-        self._unheard += dt
+        """Return the command after another ``dt`` [s], or None if there is nothing to send.
+
+        A marker that was seen since the step before counts as seen now, so that a slow loop follows it, too.
+        """
+        self._unseen = 0.0 if self._seen else self._unseen + dt
+        self._unheard = 0.0 if self._heard else self._unheard + dt
+        self._seen = self._heard = False
         if self.state is not State.FOLLOWING or self.sighting is None:
             return None
         if self._unseen > self.settings.lost_after:

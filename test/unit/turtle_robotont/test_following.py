@@ -86,11 +86,19 @@ def test_lost_marker_stops_the_robot_once(others, why):
         elif others is not None:
             follower.see(others)
         said.append(follower.step(DT))
-    # seen last before step 4, whose dt counts: lost in the step that makes it more than 0.5 s
+    # seen last before step 4, from which the time counts: lost in the step that makes it more than 0.5 s
     lost = said.index(STOP)
     assert lost in (9, 10) and all(command.linear_x > 0.0 for command in said[:lost])
     assert said[lost + 1:] == [None] * (19 - lost)
     assert follower.state is State.LOST and why in follower.status
+
+
+def test_a_loop_that_is_slower_than_lost_after_follows_a_marker_that_it_has_just_seen():
+    follower = Follower(1, Settings(lost_after=0.3))
+    for _ in range(3):
+        follower.see([Sighting(1, 2.0, 0.0, 0.0)])
+        assert follower.step(1.0).linear_x == pytest.approx(0.5) and follower.status.startswith('following')
+    assert follower.step(1.0) == STOP and follower.step(1.0) is None
 
 
 def test_nearest_of_two_with_one_id_is_followed():
