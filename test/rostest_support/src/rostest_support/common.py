@@ -72,7 +72,8 @@ def run(*cases):
         raise SystemExit(f'{sys.argv[0]} has no {", ".join(sorted(set(methods) - owners.keys()))}')
     if CHANGE in os.environ:
         methods = [name for name in methods if not getattr(getattr(owners[name], name), 'is_nightly', False)]
-    suite = (_TestsApart if len(methods) > 1 else unittest.TestSuite)(owners[method](method) for method in methods)
+    apart = {case: type(case.__name__, (_Apart, case), {'__module__': case.__module__}) for case in cases}
+    suite = unittest.TestSuite(apart[owners[method]](method) for method in methods)
     rospy.init_node(_name())
     result = rosunit.create_xml_runner(PACKAGE, _name(), _result_file()).run(suite)
     rosunit.print_unittest_summary(result)
@@ -81,22 +82,17 @@ def run(*cases):
     os._exit(0 if result.wasSuccessful() else 1)  # rospy's shutdown takes 0.6 s, and the master ends now anyway
 
 
-class _TestsApart(unittest.TestSuite):
-    """A test suite that deletes new parameters after each test, except those of nodes that still run."""
+class _Apart(unittest.TestCase):
+    """A test that deletes the parameters that are new after it, except those of nodes that still run."""
 
-    def run(self, result, debug=False):
-        for test in self:
-            self._tearDownPreviousClass(test, result)
-            self._handleClassSetUp(test, result)
-            result._previousTestClass = type(test)
-            before = rospy.get_param('/')
-            test(result)
-            running = rosnode.get_node_names()
-            for name in rospy.get_param('/').keys() - before.keys():
-                if f'/{name}' not in running:
-                    with contextlib.suppress(KeyError):  # a node that ends may have deleted it in the meantime
-                        rospy.delete_param(f'/{name}')
-        self._tearDownPreviousClass(None, result)
+    def run(self, result=None):
+        before = rospy.get_param('/')
+        super().run(result)
+        running = rosnode.get_node_names()
+        for name in rospy.get_param('/').keys() - before.keys():
+            if f'/{name}' not in running:
+                with contextlib.suppress(KeyError):  # a node that ends may have deleted it in the meantime
+                    rospy.delete_param(f'/{name}')
         return result
 
 
