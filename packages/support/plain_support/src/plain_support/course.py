@@ -15,7 +15,7 @@ import pathlib
 import re
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-from plain_support import documents
+from plain_support import documents, packages
 
 STEP_FILE = 'step.yaml'
 BEGIN, END = re.compile(r'\s*(?:#|<!--) solution(?: -->)?'), re.compile(r'\s*(?:#|<!--) end of solution(?: -->)?')
@@ -54,10 +54,14 @@ class Step(NamedTuple):
         return self.folder / 'README.md'
 
 
+def repository() -> pathlib.Path:
+    """Return the folder of this repository: that of the package turtle_robotont. Raise rospkg.ResourceNotFound."""
+    return packages.folder('turtle_robotont').resolve()
+
+
 def installed() -> pathlib.Path:
-    """Return the folder of the course: that of the package turtle_robotont. Raise rospkg.ResourceNotFound."""
-    import rospkg  # type: ignore[import-untyped]  # pip installs this package without it
-    return pathlib.Path(rospkg.RosPack().get_path('turtle_robotont'), 'course')
+    """Return the folder of the course. Raise rospkg.ResourceNotFound."""
+    return packages.folder('turtle_robotont') / 'course'
 
 
 def steps(course: pathlib.Path) -> List[Step]:

@@ -6,26 +6,23 @@ KEYS, STIMULI and registry.RULES say what a file may contain. The points of all 
 All errors are reported together, so parsers collect them instead of raising: they append to a list of problems, and
 return the values that they could read.
 """
-import difflib
 import itertools
 import math
-import pathlib
 import re
-import sys
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from course_grader.rules import playable, variants
 from course_grader.rules.fits import LINE
-from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Kind, Parameter, Parameters, Rule, Span
-from course_grader.rules.quantities import UNITS, QuantityError, bounded, quantity, span
+from course_grader.rules.judging import ALWAYS, ANY, VISIBLE, Parameter, Parameters, Rule, Span
 from course_grader.rules.registry import RULES
 from course_grader.rules.rules_driving import Apart, Draws, Passes, Pen, Positions, Repeats, SamePath, Stops
 from course_grader.rules.rules_navigation import Maps, Navigates
 from course_grader.rules.rules_output import Answers, PrintsMarkers, PrintsNoMarker, Reaches
 from course_grader.rules.rules_state import Background, Keeps, Steers
+from course_grader.rules.values import QuantityError, convert, meant
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
-from plain_support import InvalidInput, documents, shown
+from plain_support import InvalidInput, documents, packages, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
 MOST_ROBOTS = 4
@@ -35,7 +32,6 @@ MAX_TIME = 240.0  # [s] of simulated time
 MAX_STARTS = 5
 ALLOWED = ('teleport', 'reset', 'kill')
 BESIDE = ('map_server', 'amcl', 'slam_gmapping', 'move_base')
-WORLDS = pathlib.Path(__file__).resolve().parents[6] / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds'
 START: Parameters = {
     'x': Parameter('drawn length', None, 'position'), 'y': Parameter('drawn length', None, 'position'),
     'theta': Parameter('drawn angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
@@ -239,12 +235,11 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
     problems: List[str] = []
     content_of_all, content = content, variants.content_for(content, name, student, problems)
     values = _fields(content, KEYS, 'the exercise', problems)
-    start = _start(values, problems)
-    robots = _robots(values, problems)
-    shift = _fields(values.get('shift', {}), SHIFT, 'shift', problems) if values.get('shift') else {}
+    start, robots = _start(values, problems), _robots(values, problems)
+    shift = _fields(values['shift'], SHIFT, 'shift', problems) if values.get('shift') else {}
     values['world'] = _whole_world(values.get('world', {}), problems)
     problems += _wrong_world(values)
-    odometry = _fields(values.get('odometry', {}), ODOMETRY, 'odometry', problems) if values.get('odometry') else {}
+    odometry = _fields(values['odometry'], ODOMETRY, 'odometry', problems) if values.get('odometry') else {}
     rules = list(filter(None, (_rule(entry, number, problems)
                                for number, entry in enumerate(values.get('checks', ()), 1))))
     points = sum(scored.points for scored in rules)
@@ -254,26 +249,33 @@ def parse(content: Any, name: str = 'exercise', student: str = '') -> Exercise:
                                  for number, entry in enumerate(values.get('stimuli', ()), 1))))
     symptoms = [_fields(entry, OF_A_SYMPTOM, f'symptom {number}', problems)
                 for number, entry in enumerate(values.get('symptoms', ()), 1)]
-    if not 0.0 < values.get('time', MAX_TIME) <= MAX_TIME:
-        problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {MAX_TIME:g} s')
-    if values.get('starts', 1) > MAX_STARTS:
-        problems.append(f'starts is {values["starts"]}; it must be 1 to {MAX_STARTS}')
-    if not 0.0 < values.get('pass', 100.0) <= 100.0:
-        problems.append(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
-    problems += [f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{_meant(kind, ALLOWED)}'
-                 for kind in values.get('allows', ()) if kind not in ALLOWED]
+    problems += _out_of_limits(values, content)
     problems += _wrong_navigation(values)
     if not problems:
-        for name_of_list in ('allows', 'beside', 'unmapped'):
-            values[name_of_list] = tuple(values[name_of_list])
-        values.update(asks=values['asks'].strip(), start=start, robots=robots, shift=shift, odometry=odometry,
+        values.update({key: tuple(values[key]) for key in ('allows', 'beside', 'unmapped')},
+                      asks=values['asks'].strip(), start=start, robots=robots, shift=shift, odometry=odometry,
                       stimuli=stimuli, symptoms=symptoms)
-        made = Exercise(name=name, pass_score=values.pop('pass'), varies=bool(values.pop('vary')),
-                        rules=rules, **{key: value for key, value in values.items() if key != 'checks'})
-        problems = [*_contradictions(made), *playable.problems(made)] or list(_of_others(content_of_all, name))
+        del values['checks']
+        made = Exercise(name=name, pass_score=values.pop('pass'), varies=bool(values.pop('vary')), rules=rules,
+                        **values)
+        problems = [*_contradictions(made), *playable.problems(made)]
+        if not problems:
+            problems = list(_of_others(content_of_all, name))
         if not problems:
             return made
     raise ExerciseError('\n'.join(problems))
+
+
+def _out_of_limits(values: Dict[str, Any], content: Any) -> Iterator[str]:
+    """Yield texts about numbers beyond their limits, and shortcuts that do not exist; ``content``: as typed."""
+    if not 0.0 < values.get('time', MAX_TIME) <= MAX_TIME:
+        yield f'time is {shown(content["time"])}; it must be above 0 and at most {MAX_TIME:g} s'
+    if values.get('starts', 1) > MAX_STARTS:
+        yield f'starts is {values["starts"]}; it must be 1 to {MAX_STARTS}'
+    if not 0.0 < values.get('pass', 100.0) <= 100.0:
+        yield f'pass is {values["pass"]:g}; it must be above 0 and at most 100'
+    yield from (f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{meant(kind, ALLOWED)}'
+                for kind in values.get('allows', ()) if kind not in ALLOWED)
 
 
 def _of_others(content: Any, name: str) -> Iterator[str]:
@@ -326,12 +328,13 @@ def _whole_world(world: Dict[str, Any], problems: List[str]) -> Dict[str, Any]:
     """Return a world with the shapes of the one that it is ``like``."""
     if 'like' not in world:
         return world
-    names = sorted(path.stem for path in WORLDS.glob('*.yaml'))
+    worlds = packages.folder('robotont_gazebo') / 'worlds'
+    names = sorted(path.stem for path in worlds.glob('*.yaml'))
     if world['like'] not in names:
         problems.append(f'world: like is {shown(world["like"])}; it must be one of {", ".join(names)}'
-                        f'{_meant(world["like"], names)}')
+                        f'{meant(world["like"], names)}')
         return {}
-    known = documents.read_yaml(WORLDS / f'{world["like"]}.yaml')
+    known = documents.read_yaml(worlds / f'{world["like"]}.yaml')
     return {**known, **{key: [*known.get(key, ()), *value] if key in world_format.KINDS and isinstance(value, list)
                         else value for key, value in world.items() if key != 'like'}}
 
@@ -339,7 +342,7 @@ def _whole_world(world: Dict[str, Any], problems: List[str]) -> Dict[str, Any]:
 def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
     """Yield texts about the nodes that run beside the simulator, and what they need."""
     beside = values.get('beside', ())
-    yield from (f'beside has {shown(name)}; it may have {", ".join(BESIDE)}{_meant(name, BESIDE)}'
+    yield from (f'beside has {shown(name)}; it may have {", ".join(BESIDE)}{meant(name, BESIDE)}'
                 for name in beside if name not in BESIDE)
     if beside and values.get('simulator') != 'robotont':
         yield 'beside needs simulator: robotont'
@@ -355,7 +358,7 @@ def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
     lists = [world.get(kind) for kind in world_format.KINDS] if isinstance(world, dict) else []
     shapes = [str(shape.get('name')) for shapes in lists if isinstance(shapes, list) for shape in shapes
               if isinstance(shape, dict)]
-    yield from (f'unmapped has {shown(name)}; nothing in the world has that name{_meant(name, shapes)}'
+    yield from (f'unmapped has {shown(name)}; nothing in the world has that name{meant(name, shapes)}'
                 for name in values.get('unmapped', ()) if name not in shapes)
 
 
@@ -403,7 +406,7 @@ def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: L
     name = entry.get(key)
     if isinstance(name, str) and name in allowed:
         return name, others
-    problems.append(f'{where}: {key} is {shown(name)}; it must be one of {", ".join(allowed)}{_meant(name, allowed)}')
+    problems.append(f'{where}: {key} is {shown(name)}; it must be one of {", ".join(allowed)}{meant(name, allowed)}')
     return None, others
 
 
@@ -420,7 +423,7 @@ def _contradictions(made: Exercise) -> Iterator[str]:
         if end > made.time or (what == 'call' and end >= made.time):
             yield f'{where} lasts until {end:g} s, longer than the time of the exercise, {made.time:g} s'
         if what == 'move' and values['panel'] not in (names := [one['name'] for one in made.world.get('panels', ())]):
-            yield f'{where}: there is no panel {shown(values["panel"])} in the world{_meant(values["panel"], names)}'
+            yield f'{where}: there is no panel {shown(values["panel"])} in the world{meant(values["panel"], names)}'
         if what == 'destinations' and 'move_base' not in made.beside:
             yield f'{where} needs move_base in beside'
         for simulator, kinds in NEEDS.items():
@@ -469,7 +472,7 @@ def _missing_robot(scored: ScoredRule, made: Exercise) -> Iterator[str]:
     """Yield texts about robots that a check names, or needs, and the exercise lacks."""
     if scored.robot and scored.robot not in made.robots:
         yield (f'has robot: {shown(scored.robot)}; it must be one of robots: {", ".join(made.robots) or "none"}'
-               f'{_meant(scored.robot, made.robots)}')
+               f'{meant(scored.robot, made.robots)}')
     elif scored.robot and scored.name not in OF_ONE_ROBOT:
         yield f'judges no single robot; robot may stand in {", ".join(OF_ONE_ROBOT)}'
     if isinstance(scored.rule, Apart) and len(made.robots) < 2:
@@ -510,13 +513,13 @@ def _fields(entry: Any, kinds: Parameters, where: str, problems: List[str]) -> D
     if not _is_mapping(entry, where, problems):
         return {}
     allowed = ', '.join(kinds) or 'none'
-    problems += [f'{where} has an unknown key {shown(key)}; it may have {allowed}{_meant(key, kinds)}'
+    problems += [f'{where} has an unknown key {shown(key)}; it may have {allowed}{meant(key, kinds)}'
                  for key in entry if key not in kinds]
     values = {}
     for key, (kind, default, _) in kinds.items():
         try:
             if key in entry:
-                values[key] = _convert(entry[key], kind)
+                values[key] = convert(entry[key], tuple(RULES) if kind == 'check' else kind)
             elif default is ...:
                 problems.append(f'{where} lacks the key {key}')
             else:
@@ -524,104 +527,3 @@ def _fields(entry: Any, kinds: Parameters, where: str, problems: List[str]) -> D
         except (QuantityError, re.error, OverflowError, RecursionError) as error:
             problems.append(f'{where}: {key}: {error}')
     return values
-
-
-def _meant(word: Any, allowed: Iterable[str]) -> str:
-    """Return '. Did you mean WORD?' or ''."""
-    close = difflib.get_close_matches(word, list(allowed), 1) if isinstance(word, str) else []
-    return f'. Did you mean {close[0]}?' if close else ''
-
-
-PLAIN: Dict[str, Tuple[Any, str]] = {
-    'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
-    'number': ((int, float), 'a number'), 'mapping': (dict, 'a mapping (keys with values)'), 'list': (list, 'a list')}
-PATTERNS = {'name': (r'(/[A-Za-z]\w*)+', 'a full name, such as /turtle1/pose'),
-            'service type': (r'[A-Za-z]\w*/[A-Za-z]\w*', 'a type, such as turtlesim/TeleportAbsolute')}
-
-
-def _convert(value: Any, kind: Kind) -> Any:
-    """Return a value of a kind (see judging.py); raise QuantityError."""
-    if isinstance(kind, tuple):
-        found = [allowed for allowed in kind if type(allowed) is type(value) and allowed == value]
-        if not found:
-            words = [str(allowed) for allowed in kind]
-            raise QuantityError(f'{shown(value)} must be one of {", ".join(words)}{_meant(value, words)}')
-        return found[0]
-    if kind == 'check':
-        return _convert(value, tuple(RULES))
-    if kind in PLAIN:
-        return _plain(value, kind)
-    if kind in PATTERNS:
-        pattern, meaning = PATTERNS[kind]
-        if not isinstance(value, str) or not re.fullmatch(pattern, value, re.ASCII):
-            raise QuantityError(f'{shown(value)} must be {meaning}')
-        return value
-    if kind in OTHERS:
-        return OTHERS[kind](value)
-    if kind.startswith('span '):
-        return span(value, kind[len('span '):])
-    if kind.startswith('drawn '):
-        return bounded(value, kind[len('drawn '):])
-    return _above(value, quantity(value, kind.replace(' or 0', '')), kind)
-
-
-def _above(value: Any, number: float, kind: str) -> float:
-    """Return a number that is above 0, or 0 where its kind allows that; of a share at most 1."""
-    if number < 0.0 or (number == 0.0 and not kind.endswith(' or 0')):
-        raise QuantityError(f'{shown(value)} must be {"at least" if kind.endswith(" or 0") else "above"} 0')
-    if number > (1.0 if kind == 'share' else math.inf):
-        raise QuantityError(f'{shown(value)} must be at most 100 %')
-    return number
-
-
-def _plain(value: Any, kind: str) -> Any:
-    types, words = PLAIN[kind]
-    if (not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean')
-            or kind in ('number', 'integer') and not abs(value) <= sys.float_info.max):
-        raise QuantityError(f'{shown(value)} must be {words}')
-    if kind == 'integer':
-        return int(_above(value, value, kind))
-    return float(value) if kind == 'number' else value
-
-
-def _dimension(text: object) -> str:
-    """Return the dimension of the unit at the end of a text."""
-    unit = str(text).split()[-1] if str(text).split() else ''
-    if unit not in UNITS:
-        raise QuantityError(f'{shown(text)} has no unit at its end; the units are {", ".join(UNITS)}')
-    return UNITS[unit][0]
-
-
-def _colour(value: Any) -> Tuple[int, ...]:
-    if not isinstance(value, list) or len(value) != 3 or not all(type(v) is int and 0 <= v <= 255 for v in value):
-        raise QuantityError(f'{shown(value)} must be three whole numbers from 0 to 255, [red, green, blue]')
-    return tuple(value)
-
-
-def _point(value: Any) -> Tuple[float, float]:
-    if not isinstance(value, list) or len(value) != 2:
-        raise QuantityError(f'{shown(value)} must be a point with x and y, such as [2 m, 3 m]')
-    return quantity(value[0], 'length'), quantity(value[1], 'length')
-
-
-def _pose(value: Any) -> Tuple[float, ...]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise QuantityError(f'{shown(value)} must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]')
-    return tuple(quantity(part, dimension) for part, dimension in zip(value, ('length', 'length', 'angle')))
-
-
-def _value(value: Any) -> Any:
-    if not isinstance(value, (str, bool, int, float)) or value != value:
-        raise QuantityError(f'{shown(value)} must be a number, a text, true or false')
-    return value
-
-
-OTHERS: Dict[str, Callable[[Any], Any]] = {
-    'value': _value,
-    'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
-    'colour': _colour,
-    'pose': _pose,
-    'poses': lambda value: [_pose(entry) for entry in _plain(value, 'list')],
-    'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],
-    'coordinate': lambda value: quantity(value, 'length'),
-    'points': lambda value: [_point(entry) for entry in _plain(value, 'list')]}

@@ -3,7 +3,7 @@
 A rule is a dataclass: its fields are the keys that an entry of ``checks`` may have, ``judge`` returns the Result, and
 the first line of its docstring describes it in the documentation. registry.py lists them all.
 
-The kinds of values: a dimension of quantities.py ('length'), which is above 0; 'time or 0'; 'coordinate', a length of
+The kinds of values: a dimension of values.py ('length'), which is above 0; 'time or 0'; 'coordinate', a length of
 either sign; a span of a dimension ('span rate'), which has both ends if a value is drawn from it ('drawn length');
 'text'; 'name' of a topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0;
 'colour', [r, g, b]; 'value', a number, a text, true or false; 'points', a list of [x, y]; or a tuple of the values that

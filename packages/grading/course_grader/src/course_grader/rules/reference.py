@@ -4,8 +4,8 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 
 from course_grader.rules.exercise import KEYS, ODOMETRY, OF_A_CHECK, OF_A_SYMPTOM, SHIFT, START, STIMULI
 from course_grader.rules.judging import ANY, Kind, Parameters
-from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
+from course_grader.rules.values import UNITS
 
 SPANS = 'span ', 'drawn '  # beginnings of kinds
 WIDTH = 100  # characters of a line in the terminal

@@ -14,7 +14,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Se
 
 from course_grader.rules.judging import Result, Rule, counted, key
 from course_grader.rules.observation import Call, Goal, Observed, OutputLine, computed
-from course_grader.rules.quantities import NUMBER
+from course_grader.rules.values import NUMBER
 
 MAX_EARLY = 0.1  # [s] by which a line may seem to precede its event
 LEVELS = 'DEBUG', 'INFO', 'WARN', 'ERROR', 'FATAL'  # of log messages, as rospy prints them

@@ -8,7 +8,7 @@ import re
 import unicodedata
 from typing import Any, Dict, Iterator, List, Tuple
 
-from course_grader.rules.quantities import NUMBER, UNIT, UNITS, QuantityError, span
+from course_grader.rules.values import NUMBER, UNIT, UNITS, QuantityError, span
 from plain_support import shown
 
 VARY = 'vary'

@@ -1,9 +1,9 @@
-"""course_grader.rules.quantities: numbers with units, and the errors for others."""
+"""course_grader.rules.values: numbers with units, and the errors for others."""
 import math
 
 import pytest
 
-from course_grader.rules.quantities import QuantityError, quantity, span
+from course_grader.rules.values import QuantityError, quantity, span
 
 
 @pytest.mark.parametrize('text, dimension, value', [
