@@ -2,35 +2,35 @@
 
 Threading contract: as in topics.py.
 """
+import asyncio
 import concurrent.futures
+from typing import Any, Awaitable, Callable
 
-from browser_servers.core.session import Bridge
+from browser_servers.core.session import Session
+from browser_servers.rosapi_answers import Answers
 from browser_servers.services import Services
 from browser_servers.topics import Topics
 
 THREADS = 8  # that ask the master; a registration takes a few milliseconds
 
 
-class RosBridge(Bridge):
+class RosBridge:
     """The Bridge of all sessions."""
 
-    def __init__(self, loop, unregister_timeout, answers):
-        """``unregister_timeout`` [s]; ``answers``: an Answers, for calls of rosapi."""
+    def __init__(self, loop: asyncio.AbstractEventLoop, unregister_timeout: float, answers: Answers) -> None:
+        """``unregister_timeout`` [s]; ``answers``: for calls of rosapi."""
         executor = concurrent.futures.ThreadPoolExecutor(THREADS, 'registration')
 
-        def slow(function, *arguments):
+        def slow(function: Callable[..., Any], *arguments: Any) -> Awaitable[Any]:
             return loop.run_in_executor(executor, function, *arguments)
-        self._topics = Topics(loop, slow, unregister_timeout)
-        self._services = Services(loop, slow, answers)
-        self.is_velocity, self.publish = self._topics.is_velocity, self._topics.publish
-        self.advertise, self.unadvertise = self._topics.advertise, self._topics.unadvertise
-        self.subscribe, self.unsubscribe = self._topics.subscribe, self._topics.unsubscribe
-        self.call, self.respond = self._services.call, self._services.respond
-        self.advertise_service, self.unadvertise_service = self._services.advertise, self._services.unadvertise
+        self._topics = topics = Topics(loop, slow, unregister_timeout)
+        self._services = services = Services(loop, slow, answers)
+        self.is_velocity, self.publish, self.stop = topics.is_velocity, topics.publish, topics.stop
+        self.advertise, self.unadvertise = topics.advertise, topics.unadvertise
+        self.subscribe, self.unsubscribe = topics.subscribe, topics.unsubscribe
+        self.call, self.respond = services.call, services.respond
+        self.advertise_service, self.unadvertise_service = services.advertise, services.unadvertise
 
-    def stop(self, topic):
-        self._topics.publish(None, topic, {})
-
-    async def leave(self, session):
+    async def leave(self, session: Session) -> None:
         await self._topics.leave(session)
         await self._services.leave(session)

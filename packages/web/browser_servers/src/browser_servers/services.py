@@ -2,9 +2,11 @@
 
 Threading contract: as in topics.py. Each call of a service, in either direction, has a thread of its own.
 """
+import asyncio
 import concurrent.futures
 import itertools
 import threading
+from typing import Any, Dict, Optional, Protocol
 
 import genpy
 import rospy
@@ -13,33 +15,42 @@ import rosservice
 from browser_servers import types
 from browser_servers.core.conversion import json_values
 from browser_servers.core.operations import Refused
-from browser_servers.rosapi_answers import NAMESPACE
+from browser_servers.rosapi_answers import NAMESPACE, Answers
+from browser_servers.topics import Slow
 
 MAX_CALLS = 500  # of all clients at a time
 
 
-class Answered:
+class Server(Protocol):
+    """A client that answers a service, such as a Session."""
+
+    def request(self, service: str, request: str, arguments: Dict[str, Any]) -> None:
+        """Send it a request."""
+
+
+class AnsweredService:
     """A service that a client answers."""
 
-    def __init__(self, name, kind, session, loop):
+    def __init__(self, name: str, kind: str, session: Server, loop: asyncio.AbstractEventLoop) -> None:
         self.session = session
         self.cls = types.service_class(kind)
         self._name, self._loop = name, loop
-        self._numbers, self._open = itertools.count(1), {}
-        self._service = rospy.Service(name, self.cls, self._asked)
+        self._numbers = itertools.count(1)
+        self._open: Dict[Any, concurrent.futures.Future[Any]] = {}
+        self._service = rospy.Service(name, self.cls, self._handle)
 
-    def _asked(self, request):
+    def _handle(self, request: Any) -> Any:
         """Wait for the client's answer or its end; called by rospy."""
-        answer = concurrent.futures.Future()
+        answer: concurrent.futures.Future[Any] = concurrent.futures.Future()
         name = f'service_request:{self._name}:{next(self._numbers)}'
         self._open[name] = answer
-        self._loop.call_soon_threadsafe(self.session.ask, self._name, name, json_values(request))
+        self._loop.call_soon_threadsafe(self.session.request, self._name, name, json_values(request))
         try:
             return answer.result()
         finally:
             self._open.pop(name, None)
 
-    def respond(self, request, values, result):
+    def respond(self, request: Any, values: Any, result: bool) -> None:
         """Take the client's answer to a request; one with fields counts whatever ``result`` is, as in the original."""
         answer = self._open.pop(request, None)
         if answer is None:
@@ -53,7 +64,7 @@ class Answered:
         else:
             answer.set_exception(rospy.ServiceException(str(values) if values else 'the client reports a failure'))
 
-    def end(self, reason):
+    def end(self, reason: str) -> None:
         """Unregister it; open requests fail."""
         for answer in list(self._open.values()):
             answer.set_exception(rospy.ServiceException(reason))
@@ -63,37 +74,40 @@ class Answered:
 class Services:
     """The services of all clients."""
 
-    def __init__(self, loop, slow, answers):
-        """``slow``: as in Topics; ``answers``: an Answers, for calls of rosapi where rosapi_node does not run."""
+    def __init__(self, loop: asyncio.AbstractEventLoop, slow: Slow, answers: Answers) -> None:
+        """``answers``: for calls of rosapi where rosapi_node does not run."""
         self._loop, self._slow = loop, slow
-        self._answered, self._rosapi = {}, answers
+        self._answered: Dict[str, AnsweredService] = {}
+        self._rosapi = answers
         self._calls = 0
 
-    async def call(self, name, arguments, kind):
+    async def call(self, service: str, arguments: Any, kind: Optional[str]) -> Dict[str, Any]:
         """Return the answer of a service as a dict."""
         if self._calls >= MAX_CALLS:
-            raise Refused(f'{MAX_CALLS} service calls are still unanswered; {name} is not called')
+            raise Refused(f'{MAX_CALLS} service calls are still unanswered; {service} is not called')
         self._calls += 1
-        done = self._loop.create_future()
+        done: asyncio.Future[Dict[str, Any]] = self._loop.create_future()
 
-        def tell(set_outcome, value):
-            if not done.done():
-                set_outcome(value)
+        def finish(values: Dict[str, Any], error: Optional[Refused]) -> None:
+            self._calls -= 1
+            if done.done():  # the client has left
+                return
+            if error is None:
+                done.set_result(values)
+            else:
+                done.set_exception(error)
 
-        def work():
+        def work() -> None:
+            values, refused = {}, None
             try:
-                outcome = done.set_result, self._call(name, arguments, kind)
+                values = self._call(service, arguments, kind)
             except Exception as error:
-                outcome = done.set_exception, error if isinstance(error, Refused) else Refused(_text(error))
-            self._loop.call_soon_threadsafe(tell, *outcome)
-            self._loop.call_soon_threadsafe(self._called)
+                refused = error if isinstance(error, Refused) else Refused(_text(error))
+            self._loop.call_soon_threadsafe(finish, values, refused)
         threading.Thread(target=work, daemon=True).start()
         return await done
 
-    def _called(self):
-        self._calls -= 1
-
-    def _call(self, name, arguments, kind):
+    def _call(self, name: str, arguments: Any, kind: Optional[str]) -> Dict[str, Any]:
         """Call a service; those of rosapi are answered here if rosapi_node does not run."""
         resolved = rospy.resolve_name(name)
         own = resolved[len(NAMESPACE):] if resolved.startswith(NAMESPACE) else ''
@@ -112,39 +126,40 @@ class Services:
         request = types.builder.build(cls._request_class, arguments)
         return json_values(rospy.ServiceProxy(resolved, cls)(request))
 
-    async def advertise(self, session, name, kind):
+    async def advertise(self, session: Server, service: str, kind: str) -> None:
         """Let a client answer a service; a later one replaces it."""
-        before = self._answered.pop(name, None)
+        before = self._answered.pop(service, None)
         if before is not None:
-            await self._slow(before.end, f'another client answers {name} now')
-        self._answered[name] = await self._slow(_registered, name, kind, session, self._loop)
+            await self._slow(before.end, f'another client answers {service} now')
+        self._answered[service] = await self._slow(_registered, service, kind, session, self._loop)
 
-    async def unadvertise(self, session, name):
-        answered = self._answered.get(name)
+    async def unadvertise(self, session: Server, service: str) -> None:
+        answered = self._advertised_by(session, service)
+        del self._answered[service]
+        await self._slow(answered.end, f'the client does not answer {service} any more')
+
+    def respond(self, session: Server, service: str, request: Any, values: Any, result: bool) -> None:
+        self._advertised_by(session, service).respond(request, values, result)
+
+    def _advertised_by(self, session: Server, service: str) -> AnsweredService:
+        answered = self._answered.get(service)
         if answered is None or answered.session is not session:
-            raise Refused(f'this client has not advertised the service {name}')
-        del self._answered[name]
-        await self._slow(answered.end, f'the client does not answer {name} any more')
+            raise Refused(f'this client has not advertised the service {service}')
+        return answered
 
-    def respond(self, session, name, request, values, result):
-        answered = self._answered.get(name)
-        if answered is None or answered.session is not session:
-            raise Refused(f'this client has not advertised the service {name}')
-        answered.respond(request, values, result)
-
-    async def leave(self, session):
-        for name in [name for name, one in self._answered.items() if one.session is session]:
+    async def leave(self, session: Server) -> None:
+        for name in [name for name, answered in self._answered.items() if answered.session is session]:
             await self.unadvertise(session, name)
 
 
-def _registered(name, kind, session, loop):
+def _registered(name: str, kind: str, session: Server, loop: asyncio.AbstractEventLoop) -> AnsweredService:
     try:
-        return Answered(name, kind, session, loop)
+        return AnsweredService(name, kind, session, loop)
     except (rospy.ServiceException, rospy.ROSException, ValueError, OSError) as error:
         raise Refused(str(error)) from None
 
 
-def _text(error):
+def _text(error: Exception) -> str:
     if isinstance(error, (rospy.ServiceException, genpy.MessageException, OSError)):
         return str(error)
     return f'{type(error).__name__}: {error}'

@@ -5,12 +5,13 @@ Threading contract: everything runs in the loop's thread, except encoding.
 import asyncio
 import contextlib
 import re
+from typing import Any, AsyncIterator, Optional, Tuple
 
 import tornado.iostream
 
-from browser_servers.core import query
-from browser_servers.core.query import InvalidQuery
+from browser_servers.core.query import InvalidQuery, Query, content_type, read
 from browser_servers.core.web import Guarded
+from browser_servers.sources import Source
 from rospy_support.images import ImageError
 
 BOUNDARY = 'boundarydonotcross'  # between two images, as the original has it
@@ -20,9 +21,9 @@ SLOW = 10.0  # [s] in which a browser must have taken an image
 
 
 class Page(Guarded):
-    """The common part of all pages; ``settings`` have sources, default_kind, streams (a list of one count) and most."""
+    """What all pages share; ``settings``: sources, default_kind, streams (a list of one count), max_streams."""
 
-    def prepare(self):
+    def prepare(self) -> None:
         """Let pages that may connect also read the images, and not only show them."""
         super().prepare()
         origin = self.request.headers.get('Origin')
@@ -30,19 +31,19 @@ class Page(Guarded):
             self.set_header('Access-Control-Allow-Origin', origin)
             self.set_header('Vary', 'Origin')
 
-    def query(self):
+    def query(self) -> Optional[Query]:
         """Return the Query of the address, or None once the refusal is sent."""
         try:
-            return query.read(lambda name: self.get_query_argument(name, None), self.settings['default_kind'])
+            return read(lambda name: self.get_query_argument(name, None), self.settings['default_kind'])
         except InvalidQuery as error:
             self.refuse(400, str(error))
             return None
 
     @contextlib.asynccontextmanager
-    async def source(self, wanted, linger=0.0):
+    async def source(self, query: Query, linger: float = 0.0) -> AsyncIterator[Source]:
         """Yield the Source of a query, and close it afterwards, or ``linger`` [s] later."""
         sources = self.settings['sources']
-        source = await sources.open(wanted)
+        source = await sources.open(query)
         try:
             yield source
         finally:
@@ -55,29 +56,29 @@ class Page(Guarded):
 class Snapshot(Page):
     """The next image, and its number; with ``after``, the newest one after the image with this number."""
 
-    async def get(self):
-        wanted = self.query()
-        if wanted is None:
+    async def get(self) -> None:
+        query = self.query()
+        if query is None:
             return
         after = self.get_query_argument('after', None)
-        async with self.source(wanted, 0.0 if after is None else LINGER) as source:
+        async with self.source(query, 0.0 if after is None else LINGER) as source:
             before = source.before if after is None else _number(after, source.number)
             try:
-                number, data = await asyncio.wait_for(source.next(before, wanted), FIRST_IMAGE)
+                number, data = await asyncio.wait_for(source.next(before, query), FIRST_IMAGE)
             except asyncio.TimeoutError:
-                self.refuse(504, f'no image has come on {wanted.topic} within {FIRST_IMAGE:g} s. http://'
+                self.refuse(504, f'no image has come on {query.topic} within {FIRST_IMAGE:g} s. http://'
                                  f'{self.request.host}/ lists the topics of images')
                 return
             except ImageError as error:
-                self.refuse(415, f'the image of {wanted.topic} cannot be shown: {error}')
+                self.refuse(415, f'the image of {query.topic} cannot be shown: {error}')
                 return
-        self.set_header('Content-Type', query.content_type(data))
+        self.set_header('Content-Type', content_type(data))
         self.set_header('Cache-Control', 'no-store')
         self.set_header('Image-Number', str(number))
         self.finish(data)
 
 
-def _number(text, newest):
+def _number(text: str, newest: int) -> int:
     """Return the number of an image; 0 if it is none of this source, which counts from 1."""
     number = int(text) if re.fullmatch('[0-9]{1,15}', text) else 0
     return number if number <= newest else 0
@@ -86,41 +87,44 @@ def _number(text, newest):
 class Stream(Page):
     """Images one after the other; a browser that is slower than the topic gets the newest each time."""
 
-    async def get(self):
-        wanted = self.query()
-        if wanted is None:
+    def initialize(self) -> None:
+        self._gone = asyncio.get_event_loop().create_future()
+
+    async def get(self) -> None:
+        query = self.query()
+        if query is None:
             return
         streams = self.settings['streams']
-        if streams[0] >= self.settings['most']:
+        if streams[0] >= self.settings['max_streams']:
             self.refuse(503, f'{streams[0]} streams are shown already; ~max_streams allows more')
             return
         streams[0] += 1
         try:
-            await self._send(wanted)
+            await self._send(query)
         except (tornado.iostream.StreamClosedError, asyncio.TimeoutError):
-            self.request.connection.stream.close()
+            connection: Any = self.request.connection  # tornado's type has no stream
+            connection.stream.close()
         finally:
             streams[0] -= 1
 
-    async def _send(self, wanted):
+    async def _send(self, query: Query) -> None:
         self.set_header('Content-Type', f'multipart/x-mixed-replace;boundary={BOUNDARY}')
         self.set_header('Cache-Control', 'no-store')
         self.write(f'--{BOUNDARY}\r\n')
         await self.flush()
-        self._gone = asyncio.get_event_loop().create_future()
-        async with self.source(wanted) as source:
+        async with self.source(query) as source:
             number = 0
             while True:
-                number, data = await self._next(source, number, wanted)
+                number, data = await self._next(source, number, query)
                 if data is not None:
-                    self.write(f'Content-Type: {query.content_type(data)}\r\nContent-Length: {len(data)}\r\n\r\n')
+                    self.write(f'Content-Type: {content_type(data)}\r\nContent-Length: {len(data)}\r\n\r\n')
                     self.write(data)
                     self.write(f'\r\n--{BOUNDARY}\r\n')
                     await asyncio.wait_for(self.flush(), SLOW)
 
-    async def _next(self, source, number, wanted):
+    async def _next(self, source: Source, number: int, query: Query) -> Tuple[int, Optional[bytes]]:
         """Return (number, data), data None for an image that cannot be shown; raise StreamClosedError."""
-        task = asyncio.ensure_future(source.next(number, wanted))
+        task = asyncio.ensure_future(source.next(number, query))
         await asyncio.wait({task, self._gone}, return_when=asyncio.FIRST_COMPLETED)
         if self._gone.done():
             task.cancel()
@@ -128,13 +132,12 @@ class Stream(Page):
         try:
             return await task
         except ImageError as error:
-            self.settings['warn'](f'The image of {wanted.topic} cannot be shown: {error}')
+            self.settings['warn'](f'The image of {query.topic} cannot be shown: {error}')
             return source.number, None
 
-    def on_connection_close(self):
+    def on_connection_close(self) -> None:
         """End the stream; called by tornado."""
-        gone = getattr(self, '_gone', None)
-        if gone is not None and not gone.done():
-            gone.set_result(None)
+        if not self._gone.done():
+            self._gone.set_result(None)
         super().on_connection_close()
 

@@ -1,6 +1,6 @@
 """The fields and constants of message types, as rosapi describes them."""
 import dataclasses
-from typing import List
+from typing import Any, Callable, List, Tuple
 
 from browser_servers import types
 from browser_servers.core.conversion import TIMES, is_message, kind_of
@@ -23,24 +23,24 @@ class TypeDef:
     constvalues: List[str] = dataclasses.field(default_factory=list)
 
 
-def of_message(name):
+def of_message(name: str) -> List[TypeDef]:
     """Return the TypeDefs of a message type and of all types in it; empty if it is not installed."""
-    return _with_inner(_known(types.message_class, name), [name])
+    return _with_inner(_installed(types.message_class, name), [name])
 
 
-def of_service(name, part):
+def of_service(name: str, part: str) -> List[TypeDef]:
     """Return the TypeDefs of a part of a service type: ``part`` is '_request_class' or '_response_class'."""
-    service = _known(types.service_class, name)
+    service = _installed(types.service_class, name)
     return _with_inner(service and getattr(service, part), [])
 
 
-def full_text(name):
+def full_text(name: str) -> str:
     """Return the definition of a message type with those of all types in it; '' if it is not installed."""
-    found = _known(types.message_class, name)
-    return found._full_text if found else ''
+    cls = _installed(types.message_class, name)
+    return cls._full_text if cls else ''
 
 
-def _known(find, name):
+def _installed(find: Callable[[str], Any], name: str) -> Any:
     """Return a class, or None for a type that is not installed."""
     try:
         return find(name)
@@ -48,21 +48,22 @@ def _known(find, name):
         return None
 
 
-def _with_inner(cls, seen):
+def _with_inner(cls: Any, seen: List[str]) -> List[TypeDef]:
     if cls is None:
         return []
     typedef, inner = _typedef(cls)
-    found = [typedef]
+    typedefs = [typedef]
     for name in inner:
         if name not in seen:
             seen.append(name)
-            found += [_time(name)] if name in TIMES else _with_inner(_known(types.message_class, name), seen)
-    return found
+            typedefs += [_time(name)] if name in TIMES else _with_inner(_installed(types.message_class, name), seen)
+    return typedefs
 
 
-def _typedef(cls):
+def _typedef(cls: Any) -> Tuple[TypeDef, List[str]]:
     """Return the TypeDef of a class, and the types of its fields that have one themselves."""
-    instance, typedef, inner = cls(), TypeDef(type=_type_name(cls)), []
+    instance, typedef = cls(), TypeDef(type=_type_name(cls))
+    inner: List[str] = []
     for name, text in zip(cls.__slots__, cls._slot_types):
         kind = kind_of(text)
         value = getattr(instance, name)
@@ -78,14 +79,14 @@ def _typedef(cls):
     return typedef, inner
 
 
-def _is_constant(cls, name, value):
+def _is_constant(cls: Any, name: str, value: object) -> bool:
     return name not in cls.__slots__ and not name.startswith('_') and isinstance(value, (str, bytes, int, float))
 
 
-def _type_name(cls):
+def _type_name(cls: Any) -> str:
     return f'{cls.__module__.partition(".")[0]}/{cls.__name__}'
 
 
-def _time(name):
+def _time(name: str) -> TypeDef:
     return TypeDef(type=name, fieldnames=['secs', 'nsecs'], fieldtypes=[TIME_PARTS] * 2, fieldarraylen=[SINGLE] * 2,
                    examples=['0', '0'])

@@ -1,5 +1,6 @@
 """Classes of messages and services by their names, and messages that stay serialised until a client needs them."""
 import functools
+from typing import Any, Callable, Tuple
 
 import genpy
 import genpy.dynamic
@@ -10,17 +11,17 @@ from browser_servers.core.conversion import Builder
 from browser_servers.core.operations import Refused
 
 
-def message_class(name):
+def message_class(name: str) -> Any:
     """Return the class of a message type; raise Refused, with what to do."""
-    return _found('message', roslib.message.get_message_class, name)
+    return _class('message', roslib.message.get_message_class, name)
 
 
-def service_class(name):
+def service_class(name: str) -> Any:
     """Return the class of a service type; raise Refused, with what to do."""
-    return _found('service', roslib.message.get_service_class, name)
+    return _class('service', roslib.message.get_service_class, name)
 
 
-def _found(what, find, name):
+def _class(what: str, find: Callable[[str], Any], name: str) -> Any:
     try:
         cls = find(name) if name.count('/') == 1 else None
     except Exception:  # importing another package can raise anything
@@ -32,7 +33,7 @@ def _found(what, find, name):
     return cls
 
 
-def _element_class(name):
+def _element_class(name: str) -> Any:
     if name in ('time', 'duration'):
         return genpy.Time if name == 'time' else genpy.Duration
     try:
@@ -41,7 +42,7 @@ def _element_class(name):
         return None
 
 
-def now():
+def now() -> Tuple[int, int]:
     """Return the ROS time as (secs, nsecs)."""
     time = rospy.get_rostime()
     return time.secs, time.nsecs
@@ -51,12 +52,12 @@ builder = Builder(_element_class, now)
 
 
 @functools.lru_cache(maxsize=1000)
-def raw_class(name, md5sum, definition):
+def raw_class(name: str, md5sum: str, definition: str) -> Any:
     """Return a class for messages of a type that stay serialised: ``_buff`` has the bytes."""
     return type('Raw', (rospy.AnyMsg,), {'_type': name, '_md5sum': md5sum, '_full_text': definition})
 
 
-def raw_class_of(name):
+def raw_class_of(name: str) -> Any:
     """Return the class of serialised messages of a type, or of any type if the name is empty."""
     if not name:
         return rospy.AnyMsg
@@ -65,11 +66,11 @@ def raw_class_of(name):
 
 
 @functools.lru_cache(maxsize=1000)
-def _class_of_definition(name, definition):
+def _class_of_definition(name: str, definition: str) -> Any:
     return genpy.dynamic.generate_dynamic(name, definition)[name]
 
 
-def deserialise(name, definition, data):
+def deserialise(name: str, definition: str, data: bytes) -> Any:
     """Return the message in ``data``; a type that is not installed is read with the publisher's definition."""
     try:
         cls = message_class(name)

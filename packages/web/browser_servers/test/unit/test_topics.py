@@ -1,9 +1,48 @@
-"""Messages between rospy's threads and the loop: those for new subscribers, and the order of those for clients."""
+"""Messages of publishers and clients: in any pieces, in order, kept for new subscribers; topics that have ended."""
 import asyncio
+import gc
+import socket
 import threading
 import types
+import warnings
+
+import pytest
 
 from browser_servers import topics
+from browser_servers.topics import BUFFER_SIZE, Incoming
+
+MESSAGES = [b'', b'a', b'x' * 1000, bytes(range(256)) * 2000, b'b' * (3 * BUFFER_SIZE), b'last']
+STREAM = b''.join(len(message).to_bytes(4, 'little') + message for message in MESSAGES)
+
+
+@pytest.mark.parametrize('first, step', [(0, len(STREAM)), (0, 5000), (3, 4999), (1009, 70000), (len(STREAM), 1)])
+def test_messages_arrive_whole_and_in_order(first, step):
+    async def work():
+        ours, theirs = socket.socketpair()
+        loop, received, ended = asyncio.get_running_loop(), [], asyncio.Event()
+        Incoming(loop, ours, STREAM[:first], received.append, ended.set)
+        theirs.setblocking(False)
+        for begin in range(first, len(STREAM), step):
+            await loop.sock_sendall(theirs, STREAM[begin:begin + step])
+            await asyncio.sleep(0)
+        theirs.close()
+        await asyncio.wait_for(ended.wait(), 10.0)
+        assert received == MESSAGES and ours.fileno() == -1
+    asyncio.run(work())
+
+
+def test_a_vehicle_is_stopped_on_its_topic_and_on_no_topic_that_has_ended():
+    async def work():
+        made, published = topics.Topics(asyncio.get_running_loop(), None, 0.0), []
+        made._advertised['/cmd_vel'] = types.SimpleNamespace(publish=published.append)
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter('always')
+            for topic in ('/cmd_vel', '/ended/cmd_vel'):
+                made.stop(topic)
+            gc.collect()
+        assert (published, warned) == ([{}], [])  # no coroutine that nobody awaits
+    gc.collect()
+    asyncio.run(work())
 
 
 def test_only_who_connects_at_once_gets_what_was_published_before(monkeypatch):

@@ -6,8 +6,8 @@ import functools
 
 import rospy
 
+import rosapi.srv
 from browser_servers.rosapi_answers import NAMESPACE, Answers
-from rosapi import srv
 from rosapi.msg import TypeDef
 from rospy_support import nodes
 from rospy_support.parameters import Table, Text
@@ -15,9 +15,9 @@ from rospy_support.parameters import Table, Text
 PARAMETERS = Table(Text('~topics_glob', '[*]'), Text('~services_glob', '[*]'), Text('~params_glob', '[*]'))
 
 
-def main():
+def main() -> None:
     nodes.init_node('rosapi_node', PARAMETERS)
-    answers = Answers(srv, TypeDef, *PARAMETERS.read())
+    answers = Answers(rosapi.srv, TypeDef, *PARAMETERS.read())
     for name, service in answers.services.items():
         rospy.Service(f'{NAMESPACE}{name}', service, functools.partial(answers.call, name))
     rospy.loginfo('Rosapi started')

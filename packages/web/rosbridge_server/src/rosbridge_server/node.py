@@ -6,9 +6,12 @@ over to it.
 import asyncio
 import functools
 import gc
+import socket
 import sys
 import time
+from typing import Callable, List, Tuple, TypeVar
 
+import rosapi.srv
 import rospy
 import tornado.web
 from rosapi.msg import TypeDef
@@ -21,11 +24,11 @@ from browser_servers.core.operations import globs
 from browser_servers.core.session import Settings
 from browser_servers.rosapi_answers import Answers
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
-from rosapi import srv
 from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 
+Value = TypeVar('Value')
 LARGEST = 1e9  # [B]
 SWITCH = 0.0005  # [s] until another thread gets its turn, so that the loop does not wait for one that reads an image
 PAGE = ('This is a rosbridge server: connect to it with a WebSocket, as roslibjs and roslibpy do. It shows no page '
@@ -45,15 +48,15 @@ PARAMETERS = Table(
     Number('~delay_between_messages', 0.0, 0.0, 60.0, 's'), Text('~websocket_external_port', 'None'))
 
 
-class Announced:
+class ClientTopics:
     """The topics that list the connected clients."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._count = rospy.Publisher('client_count', Int32, latch=True, queue_size=10)
         self._clients = rospy.Publisher('connected_clients', ConnectedClients, latch=True, queue_size=10)
-        self([])
+        self.publish([])
 
-    def __call__(self, clients):
+    def publish(self, clients: List[Tuple[str, float]]) -> None:
         """Publish the clients: (address, time of the connection [s]) of each."""
         self._clients.publish([ConnectedClient(address, rospy.Time.from_sec(start)) for address, start in clients])
         self._count.publish(len(clients))
@@ -62,12 +65,12 @@ class Announced:
 class RosbridgeNode:
     """The node's server."""
 
-    def __init__(self, port, address):
+    def __init__(self, port: int, address: str) -> None:
         """Read the parameters; rospy is initialised."""
         read = PARAMETERS.read
         self._globs = read('~topics_glob', '~services_glob', '~params_glob')
-        self._report, self._announced = Report(), Announced()
-        largest, self._most = read('~max_message_size', '~max_clients')
+        self._report, self._client_topics = Report(), ClientTopics()
+        largest, self._max_clients = read('~max_message_size', '~max_clients')
         deadman, rate, slow, fragments = read('~deadman', '~max_rate', '~slow_client_timeout', '~fragment_timeout')
         topics, services = (tuple(globs(text)) for text in self._globs[:2])
         self._settings = Settings(
@@ -81,8 +84,8 @@ class RosbridgeNode:
         sockets = self._listen(port, address, *read('~retry_startup_delay'))
         self._server = web.Server(self._application, sockets, (certificate, key) if certificate and key else None)
         self._scheme = 'wss' if certificate and key else 'ws'
-        self._access = web.make_access(address, *read('~token', '~origins', '~hosts', '~websocket_null_origin'),
-                                       rospy.logwarn, self._server.port)
+        token, origins, hosts, null_origin = read('~token', '~origins', '~hosts', '~websocket_null_origin')
+        self._access = web.make_access(address, token, origins, hosts, null_origin, rospy.logwarn, self._server.port)
         self._address = address
         self._http = read('~folder', '~websocket_ping_interval', '~websocket_ping_timeout', '~use_compression',
                           '~unregister_timeout')
@@ -90,7 +93,7 @@ class RosbridgeNode:
         parameters.log_effective()
 
     @staticmethod
-    def _listen(port, address, delay):
+    def _listen(port: int, address: str, delay: float) -> List[socket.socket]:
         while True:
             try:
                 return web.listen(port, address)
@@ -101,18 +104,18 @@ class RosbridgeNode:
                 if rospy.is_shutdown():
                     sys.exit(0)
 
-    def _application(self):
+    def _application(self) -> tornado.web.Application:
         folder, interval, timeout, compress, unregister = self._http
-        bridge = RosBridge(asyncio.get_event_loop(), unregister, Answers(srv, TypeDef, *self._globs))
-        clients = Clients(bridge, self._settings, self._most, functools.partial(self._report, 'client'),
-                          self._announced)
+        bridge = RosBridge(asyncio.get_event_loop(), unregister, Answers(rosapi.srv, TypeDef, *self._globs))
+        clients = Clients(bridge, self._settings, self._max_clients, functools.partial(self._report, 'client'),
+                          self._client_topics.publish)
         return tornado.web.Application(
             [websocket_rule(RosbridgeWebSocket, clients), *web.folder_rules(folder, PAGE)],
             access=self._access, refused=functools.partial(self._report, 'access'), use_compression=compress,
             ping_interval=interval, ping_timeout=timeout,
             websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
 
-    def run(self):
+    def run(self) -> None:
         self._server.start()
         gc.freeze()  # present objects stay; searching them for garbage would delay messages by milliseconds
         rospy.loginfo('Rosbridge WebSocket server started at %s://%s:%d', self._scheme, self._address,
@@ -121,14 +124,14 @@ class RosbridgeNode:
         self._server.stop()
 
 
-def main():
+def main() -> None:
     nodes.init_node('rosbridge_websocket', PARAMETERS)
     sys.setswitchinterval(SWITCH)
     port, address = PARAMETERS.read('~port', '~address')
     RosbridgeNode(_option('--port', port, int), _option('--address', address, str) or '0.0.0.0').run()
 
 
-def _option(name, default, convert):
+def _option(name: str, default: Value, convert: Callable[[str], Value]) -> Value:
     """Return the value of a command-line option, as in the original."""
     arguments = sys.argv[1:]
     if name not in arguments:

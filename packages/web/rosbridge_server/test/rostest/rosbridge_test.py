@@ -23,7 +23,6 @@ from rostest_support.websocket_client import WebSocket
 
 NODE = '/rosbridge_websocket'
 LOOP = asyncio.new_event_loop()
-FORWARD, ZERO = {'linear': {'x': 1.0}}, {'linear': {'x': 0.0}}
 
 
 class Client:
@@ -102,7 +101,6 @@ class RosbridgeTest(SimulatorCase):
         message = PointStamped()
         message.point.x, message.point.y = math.nan, 0.5
         publisher.publish(message)
-        wanted = {'x': None, 'y': 0.5, 'z': 0.0}
         for compression in ('none', 'png', 'cbor', 'cbor-raw'):
             client = self.client()
             client.send(op='subscribe', topic='/numbers', compression=compression, fragment_size=50)
@@ -113,7 +111,7 @@ class RosbridgeTest(SimulatorCase):
                 parts += [client.next('fragment') for _ in range(parts[0]['total'] - 1)]
                 received = json.loads(''.join(part['data'] for part in parts))
             if compression == 'none':
-                self.assertEqual(wanted, received['msg']['point'])
+                self.assertEqual({'x': None, 'y': 0.5, 'z': 0.0}, received['msg']['point'])
             elif compression == 'png':
                 self.assertEqual('png', received['op'])
             elif compression == 'cbor':
@@ -155,9 +153,9 @@ class RosbridgeTest(SimulatorCase):
         until(lambda: other.call('/rosapi/service_type', service='/lamp')['values']['type'], 'the service')
         answers = []
         threading.Thread(target=lambda: answers.append(proxy('/lamp', SetBool)(True)), daemon=True).start()
-        asked = client.next('call_service')
-        self.assertEqual(('/lamp', {'data': True}), (asked['service'], asked['args']))
-        client.send(op='service_response', service='/lamp', id=asked['id'], result=True,
+        request = client.next('call_service')
+        self.assertEqual(('/lamp', {'data': True}), (request['service'], request['args']))
+        client.send(op='service_response', service='/lamp', id=request['id'], result=True,
                     values={'success': True, 'message': 'on'})
         until(lambda: answers, 'the answer')
         self.assertEqual('on', answers[0].message)
@@ -182,15 +180,15 @@ class RosbridgeTest(SimulatorCase):
         self.assertEqual('turtlesim/Pose', dict(zip(values['topics'], values['types']))['/turtle1/pose'])
         self.assertIn('/turtlesim', client.call('/rosapi/nodes')['values']['nodes'])
         self.assertIn('/spawn', client.call('/rosapi/services_for_type', type='turtlesim/Spawn')['values']['services'])
-        for wanted in ('/spawn', 'turtlesim/Spawn'):
-            providers = client.call('/rosapi/service_providers', service=wanted)['values']['providers']
-            self.assertEqual(['/turtlesim'], providers, wanted)
+        for service in ('/spawn', 'turtlesim/Spawn'):
+            providers = client.call('/rosapi/service_providers', service=service)['values']['providers']
+            self.assertEqual(['/turtlesim'], providers, service)
         publishers = client.call('/rosapi/publishers', topic='/turtle1/pose')['values']['publishers']
         self.assertEqual(['/turtlesim'], publishers)
         self.assertIn('float32 x', client.call('/rosapi/topics_and_raw_types')['values']['typedefs_full_text'][
             values['topics'].index('/turtle1/pose')])
         typedefs = client.call('/rosapi/message_details', type='geometry_msgs/Twist')['values']['typedefs']
-        self.assertEqual(['geometry_msgs/Twist', 'geometry_msgs/Vector3'], [one['type'] for one in typedefs])
+        self.assertEqual(['geometry_msgs/Twist', 'geometry_msgs/Vector3'], [typedef['type'] for typedef in typedefs])
         client.call('/rosapi/set_param', name='/rosbridge_test', value='{"a": [1, 2]}')
         value = client.call('/rosapi/get_param', name='/rosbridge_test')['values']['value']
         self.assertEqual({'a': [1, 2]}, json.loads(value))
@@ -208,28 +206,16 @@ class RosbridgeTest(SimulatorCase):
 
     def test_deadman_stops_the_turtle(self):
         velocities, poses = Collected('/turtle1/cmd_vel', Twist), Collected('/turtle1/pose', Pose)
-        for ends in (lambda client: client.close(), lambda client: None):
-            client = self.client()
+        for leaves in (True, False):
+            client, start = self.client(), len(velocities.messages)
             client.send(op='deadman', timeout=0.5)
             client.send(op='advertise', topic='/turtle1/cmd_vel', type='geometry_msgs/Twist')
-            client.send(op='publish', topic='/turtle1/cmd_vel', msg=FORWARD)
-            velocities.next(lambda twist: twist.linear.x == 1.0, 'the velocity')
-            ends(client)
-            velocities.next(lambda twist: twist.linear.x == 0.0, 'the zero velocity')
+            client.send(op='publish', topic='/turtle1/cmd_vel', msg={'linear': {'x': 1.0}})
+            driving = velocities.index(lambda twist: twist.linear.x == 1.0, 'the velocity', start)
+            if leaves:
+                client.close()
+            velocities.index(lambda twist: twist.linear.x == 0.0, 'the zero velocity', driving)
             poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle standing')
-
-    def test_zero_velocity_overtakes_a_flood(self):
-        velocities = Collected('/turtle1/cmd_vel', Twist)
-        client = self.client()
-        client.send(op='advertise', topic='/turtle1/cmd_vel', type='geometry_msgs/Twist')
-        client.send(op='advertise', topic='/flood', type='std_msgs/String')
-        flooded = Collected('/flood', String)
-        for _ in range(1000):
-            client.send(op='publish', topic='/flood', msg={'data': 'x' * 1000})
-            client.send(op='publish', topic='/turtle1/cmd_vel', msg=FORWARD)
-        client.send(op='publish', topic='/turtle1/cmd_vel', msg=ZERO)
-        velocities.next(lambda twist: twist.linear.x == 0.0, 'the zero velocity')
-        until(lambda: flooded.messages, 'the other messages')
 
     def test_client_that_reads_nothing_delays_nobody(self):
         publisher = rospy.Publisher('/images', Image, queue_size=1)
@@ -247,15 +233,13 @@ class RosbridgeTest(SimulatorCase):
             self.assertEqual(640, good.next('publish')['msg']['width'])
 
     def test_foreign_pages_are_refused(self):
-        for headers in ({'Origin': 'http://evil.example'}, {'Origin': 'null'}, {'Host': 'evil.example'}):
+        for headers in ({'Origin': 'http://evil.example'}, {'Host': 'evil.example'}):
             with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '403'):
                 self.client(**headers)
-            status, text = self.page('/browser.png', **headers)
-            self.assertEqual(403, status)
-            self.assertRegex(text.decode(), 'start the server with|is not a name of this server')
-        for origin in ('file://', 'http://localhost:8000', f'http://localhost:{self.port}'):
-            self.assertTrue(self.client(Origin=origin).call('/rosapi/get_time')['result'])
-        self.assertEqual((200, b'\x89PNG'), (lambda page: (page[0], page[1][:4]))(self.page('/browser.png')))
+            self.assertEqual(403, self.page('/browser.png', **headers)[0])
+        self.assertTrue(self.client(Origin='http://localhost:8000').call('/rosapi/get_time')['result'])
+        status, data = self.page('/browser.png')
+        self.assertEqual((200, b'\x89PNG'), (status, data[:4]))
 
 
 if __name__ == '__main__':

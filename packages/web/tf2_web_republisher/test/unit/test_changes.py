@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tf2_web_republisher.core.changes import MAX_FRAMES, Thresholds, Transform, angle, distance, invalid
+from tf2_web_republisher.core.changes import MAX_FRAMES, InvalidRequest, Thresholds, Transform, angle, check, distance
 
 UPRIGHT = 0.0, 0.0, 0.0, 1.0
 THRESHOLDS = Thresholds(0.1, 0.2)
@@ -37,12 +37,16 @@ def test_transform_is_sent_once_it_has_changed_enough(moved, heading, sent):
 
 
 @pytest.mark.parametrize('frames, target, thresholds, rate, said', [
-    (['a'], 'world', THRESHOLDS, 10.0, ''), ([], 'world', THRESHOLDS, 10.0, ''),
     (['a'], '/', THRESHOLDS, 10.0, 'target_frame is empty'), (['a', ''], 'w', THRESHOLDS, 10.0, 'an empty name'),
     (['a'] * (MAX_FRAMES + 1), 'w', THRESHOLDS, 10.0, '1001 names'), (['a'], 'w', THRESHOLDS, 0.0, 'rate is 0 Hz'),
     (['a'], 'w', THRESHOLDS, math.nan, 'rate is nan'), (['a'], 'w', Thresholds(-1.0, 0.0), 1.0, 'trans_thres is -1'),
     (['a'], 'w', Thresholds(0.0, math.nan), 1.0, 'angular_thres nan'),
 ])
 def test_request_that_cannot_be_served_is_refused(frames, target, thresholds, rate, said):
-    reason = invalid(frames, target, thresholds, rate)
-    assert said in reason and bool(said) == bool(reason)
+    with pytest.raises(InvalidRequest, match=said):
+        check(frames, target, thresholds, rate)
+
+
+@pytest.mark.parametrize('frames', [[], ['a']])
+def test_other_requests_are_served(frames):
+    check(frames, 'world', THRESHOLDS, 10.0)

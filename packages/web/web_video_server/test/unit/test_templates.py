@@ -1,5 +1,5 @@
 """The pages' templates: names of topics are text, in HTML and in addresses."""
-from web_video_server.pages import TEMPLATES
+from web_video_server.node import TEMPLATES
 
 HOSTILE = '/a"><script>&b'
 

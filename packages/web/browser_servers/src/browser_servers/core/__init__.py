@@ -1,1 +1,1 @@
-"""Parts without ROS: a browser's query, and images in formats that it can show."""
+"""What needs no ROS: the rosbridge protocol, WebSockets, who may connect, and a browser's query for images."""

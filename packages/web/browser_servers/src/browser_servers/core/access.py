@@ -40,7 +40,7 @@ class Access(NamedTuple):
 
     def _host_refusal(self, host: Optional[str]) -> str:
         name = host_name(host or '')
-        if name and (is_address(name) or name in LOCAL_NAMES or name in {known.lower() for known in self.hosts}):
+        if name and (is_address(name) or name in LOCAL_NAMES or name in {own.lower() for own in self.hosts}):
             return ''
         return (f'the Host {host!r} is not a name of this server. Use its address, or '
                 f'{_start_with("hosts", name or "NAME")}')
@@ -78,8 +78,8 @@ def _start_with(option: str, value: str) -> str:
 
 def host_name(host: str) -> str:
     """Return the name or address of ``name:port``, in lower case; '' if it is invalid."""
-    found = HOST.fullmatch(host)
-    return found.group(1).strip('[]').rstrip('.').lower() if found else ''
+    match = HOST.fullmatch(host)
+    return match.group(1).strip('[]').rstrip('.').lower() if match else ''
 
 
 def page_origin(origin: Optional[str], referer: Optional[str], site: Optional[str], mode: Optional[str],

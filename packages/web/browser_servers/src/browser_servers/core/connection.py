@@ -102,10 +102,10 @@ class WebSocket(Guarded, WebSocketHandler):
 
     def get_websocket_protocol(self) -> Optional[WebSocketProtocol]:
         """Return a protocol that says why it ends."""
-        found = super().get_websocket_protocol()
-        if not isinstance(found, WebSocketProtocol13):
-            return found
-        self._protocol = _Protocol(self, False, found.params)
+        protocol = super().get_websocket_protocol()
+        if not isinstance(protocol, WebSocketProtocol13):
+            return protocol
+        self._protocol = _Protocol(self, False, protocol.params)
         return self._protocol
 
     def detach(self) -> tornado.iostream.IOStream:

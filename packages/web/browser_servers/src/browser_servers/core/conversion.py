@@ -50,10 +50,10 @@ class Kind(NamedTuple):
 @functools.lru_cache(maxsize=None)
 def kind_of(text: str) -> Kind:
     """Return the Kind of a type in a message definition, such as ``float64[36]``."""
-    found = ARRAY.fullmatch(text)
-    if not found:
+    match = ARRAY.fullmatch(text)
+    if not match:
         return Kind(text)
-    return Kind(found[1], True, int(found[2]) if found[2] else None)
+    return Kind(match[1], True, int(match[2]) if match[2] else None)
 
 
 def is_message(element: str) -> bool:
@@ -197,7 +197,8 @@ class Builder:
             return _from_typed_array(value, kind.element, root, path)
         if not isinstance(value, (list, tuple)):
             raise Refused(f'{root}: {path} is {shown(value)}; it must be a list of {kind.element}')
-        return [self._element(kind.element, None, one, root, f'{path}[{number}]') for number, one in enumerate(value)]
+        return [self._element(kind.element, None, element, root, f'{path}[{index}]')
+                for index, element in enumerate(value)]
 
     def _element(self, element: str, default: Any, value: Any, root: str, path: str) -> Any:
         if element in RANGES:
@@ -273,7 +274,7 @@ def _bytes(value: Any, root: str, path: str) -> bytes:
     try:
         if isinstance(value, str):
             return base64.b64decode(value, validate=True)
-        if isinstance(value, list) and not any(isinstance(one, bool) for one in value):
+        if isinstance(value, list) and not any(isinstance(byte, bool) for byte in value):
             return bytes(value)
     except (binascii.Error, ValueError, TypeError):
         pass

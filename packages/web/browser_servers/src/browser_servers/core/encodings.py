@@ -86,8 +86,8 @@ def to_png(text: str) -> str:
     return base64.b64encode(cv2.imencode('.png', pixels[..., ::-1])[1].tobytes()).decode('ascii')
 
 
-def from_png(text: str, most: int) -> str:
-    """Return the text in an image of ``to_png``, at most ``most`` bytes; raise Refused."""
+def from_png(text: str, limit: int) -> str:
+    """Return the text in an image of ``to_png``, at most ``limit`` bytes; raise Refused."""
     try:
         data = base64.b64decode(text, validate=True)
         signature, chunk, width, height = PNG_HEADER.unpack(data[:PNG_HEADER.size])
@@ -95,8 +95,8 @@ def from_png(text: str, most: int) -> str:
         raise Refused('png: "data" is not a PNG image in base64') from None
     if signature != b'\x89PNG\r\n\x1a\n' or chunk != b'IHDR':
         raise Refused('png: "data" is not a PNG image in base64')
-    if 3 * width * height > most:
-        raise Refused(f'png: the image has {width} x {height} pixels; the message may have {most} bytes')
+    if 3 * width * height > limit:
+        raise Refused(f'png: the image has {width} x {height} pixels; the message may have {limit} bytes')
     pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     if pixels is None:
         raise Refused('png: the image is damaged')
@@ -124,9 +124,9 @@ def fragments(frame: Frame, size: Optional[int], name: str) -> Iterator[Frame]:
 class Defragmenter:
     """Joins the fragments of a client, within limits of memory and time."""
 
-    def __init__(self, most: int, timeout: float, clock: Callable[[], float] = time.monotonic) -> None:
-        """``most`` [characters] of all incomplete messages; ``timeout`` [s] until a message must be complete."""
-        self._most, self._timeout, self._clock = most, timeout, clock
+    def __init__(self, limit: int, timeout: float, clock: Callable[[], float] = time.monotonic) -> None:
+        """``limit`` [characters] of all incomplete messages; ``timeout`` [s] until a message must be complete."""
+        self._limit, self._timeout, self._clock = limit, timeout, clock
         self._open: Dict[Any, Tuple[float, int, Dict[int, str]]] = {}  # start, total, parts
         self._size = self._parts = 0
 
@@ -134,7 +134,7 @@ class Defragmenter:
         """Return the whole message once its last fragment is there; raise Refused."""
         name, number, total = fragment['id'], fragment['num'], fragment['total']
         self._forget_old()
-        if not 0 <= number < total or total > max(1, self._most):
+        if not 0 <= number < total or total > max(1, self._limit):
             raise Refused(f'fragment: "num" is {number}; it must be from 0 to "total" - 1, and "total" is {total}')
         if name not in self._open and len(self._open) >= MAX_OPEN:
             raise Refused(f'fragment: {MAX_OPEN} messages are incomplete already')
@@ -155,10 +155,10 @@ class Defragmenter:
         return ''.join(parts[number] for number in range(total))
 
     def _refuse_if_large(self, name: Any) -> None:
-        if self._size > self._most or self._parts > MAX_PARTS:
+        if self._size > self._limit or self._parts > MAX_PARTS:
             self._open.clear()
             self._size = self._parts = 0
-            raise Refused(f'fragment: incomplete messages have more than {self._most} characters or {MAX_PARTS} '
+            raise Refused(f'fragment: incomplete messages have more than {self._limit} characters or {MAX_PARTS} '
                           f'fragments with {name!r}; all are dropped')
 
     def _forget(self, name: Any) -> None:

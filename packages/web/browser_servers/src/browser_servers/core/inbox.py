@@ -49,23 +49,23 @@ class Inbox:
         return dropped
 
     def _drop(self) -> None:
-        for place, one in enumerate(self._others):
-            if one.name == 'publish':
-                del self._others[place]
-                self._forget(one)
+        for index, waiting in enumerate(self._others):
+            if waiting.name == 'publish':
+                del self._others[index]
+                self._forget(waiting)
                 return
 
-    def _forget(self, one: _Waiting) -> None:
-        self._size -= one.size
-        self._messages -= one.name == 'publish'
+    def _forget(self, waiting: _Waiting) -> None:
+        self._size -= waiting.size
+        self._messages -= waiting.name == 'publish'
 
     def take(self) -> Optional[Tuple[str, Operation]]:
         velocity = self.take_velocity()
         if velocity is not None or not self._others:
             return velocity
-        one = self._others.popleft()
-        self._forget(one)
-        return one.name, one.operation
+        first = self._others.popleft()
+        self._forget(first)
+        return first.name, first.operation
 
     def take_velocity(self) -> Optional[Tuple[str, Operation]]:
         if self._velocities:

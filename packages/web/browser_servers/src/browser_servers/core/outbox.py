@@ -38,18 +38,18 @@ class _Lane:
         self.size = 0
         self.period, self.length, self.due = 0.0, 0, -math.inf
 
-    def put(self, one: _Waiting) -> None:
-        self.waiting.append(one)
-        self.size += one.size
-        newest_only = one.size > SMALL or self.period > 0
-        most = self.length or (1 if newest_only and not one.kept else BURST)
-        while len(self.waiting) > most or (self.size > BURST_BYTES and len(self.waiting) > 1):
+    def put(self, waiting: _Waiting) -> None:
+        self.waiting.append(waiting)
+        self.size += waiting.size
+        newest_only = waiting.size > SMALL or self.period > 0
+        limit = self.length or (1 if newest_only and not waiting.kept else BURST)
+        while len(self.waiting) > limit or (self.size > BURST_BYTES and len(self.waiting) > 1):
             self.drop()
 
     def drop(self) -> _Waiting:
-        one = self.waiting.popleft()
-        self.size -= one.size
-        return one
+        first = self.waiting.popleft()
+        self.size -= first.size
+        return first
 
     def forget_late(self, now: float) -> None:
         if not self.length:
@@ -100,7 +100,7 @@ class Outbox:
             return None
         for lane in ready:
             lane.forget_late(now)
-        lane = min(ready, key=lambda one: one.rank(now))
+        lane = min(ready, key=lambda lane: lane.rank(now))
         lane.due = now + lane.period
         return lane.drop().item
 

@@ -62,7 +62,7 @@ class Bridge(Protocol):
         """Return the answer of a service."""
 
     async def advertise_service(self, session: 'Session', service: str, kind: str) -> None:
-        """Pass the requests of a service to ``session.ask``."""
+        """Pass the requests of a service to ``session.request``."""
 
     async def unadvertise_service(self, session: 'Session', service: str) -> None:
         """End the service."""
@@ -170,7 +170,7 @@ class Session:
     def _do(self, name: str, operation: Operation) -> None:
         try:
             self._check_globs(name, operation)
-            later = getattr(self, f'_{name}')(operation)
+            later = HANDLERS[name](self, operation)
         except Exception as error:
             self._refuse(name, operation, error)
             return
@@ -195,12 +195,12 @@ class Session:
 
     def _refuse(self, name: str, operation: Operation, error: Exception) -> None:
         text = str(error) if isinstance(error, Refused) else f'{type(error).__name__}: {error}'
-        named = text if text.startswith(name) else f'{name}: {text}'
+        text_with_name = text if text.startswith(name) else f'{name}: {text}'
         if name == 'call_service':  # no status beside the answer: roslibpy takes one for an error of its own
-            self._warn(named)
+            self._warn(text_with_name)
             self._answer_call(operation, text, False)
         else:
-            self.status('error', named, operation.get('id'))
+            self.status('error', text_with_name, operation.get('id'))
 
     def _check_globs(self, name: str, operation: Operation) -> None:
         for field, globs in (('topic', self.settings.topics), ('service', self.settings.services)):
@@ -237,9 +237,9 @@ class Session:
     def _subscribe(self, operation: Operation) -> Awaitable[None]:
         topic, kind = operation['topic'], operation.get('type')
         self._count('subscribe', topic)
-        asked = Subscription(operation.get('throttle_rate', 0) / 1000, operation.get('queue_length', 0),
-                             operation.get('fragment_size'), operation.get('compression', 'none'))
-        self._subscriptions.setdefault(topic, {})[operation.get('id')] = asked
+        self._subscriptions.setdefault(topic, {})[operation.get('id')] = Subscription(
+            operation.get('throttle_rate', 0) / 1000, operation.get('queue_length', 0), operation.get('fragment_size'),
+            operation.get('compression', 'none'))
         self._configure(topic)
         return self._subscribed(topic, kind)
 
@@ -269,8 +269,9 @@ class Session:
         self._outbox.forget(topic)
 
     def _configure(self, topic: str) -> None:
-        period = min(one.period for one in self._subscriptions[topic].values())
-        self._outbox.configure(topic, period, max(one.length for one in self._subscriptions[topic].values()))
+        subscriptions = self._subscriptions[topic].values()
+        self._outbox.configure(topic, min(subscription.period for subscription in subscriptions),
+                               max(subscription.length for subscription in subscriptions))
 
     def _call_service(self, operation: Operation) -> None:
         if len(self._calls) >= MAX_CALLS:
@@ -330,7 +331,7 @@ class Session:
         if LEVELS.index(level) <= self._level:
             self.answer({'op': 'status', 'level': level, 'msg': text, **({} if name is None else {'id': name})})
 
-    def ask(self, service: str, request: str, arguments: Dict[str, Any]) -> None:
+    def request(self, service: str, request: str, arguments: Dict[str, Any]) -> None:
         """Send the client a request of a service that it has advertised."""
         self.answer({'op': 'call_service', 'id': request, 'service': service, 'args': arguments})
 
@@ -388,17 +389,18 @@ class Session:
         if not isinstance(item, Message):
             frame, size, name = item
             return list(fragments(frame, size, f'answer_{self._frames}' if name is None else name))
-        asked = self._subscriptions.get(item.topic, {}).values()
-        if not asked:
+        subscriptions = self._subscriptions.get(item.topic, {}).values()
+        if not subscriptions:
             return []
-        wanted = {one.compression for one in asked}
-        compression = next(one for one in ('cbor-raw', 'cbor', 'png', 'none') if one in wanted)
+        requested = {subscription.compression for subscription in subscriptions}
+        compression = next(name for name in ('cbor-raw', 'cbor', 'png', 'none') if name in requested)
         try:
             frame = item.frame(compression)
         except Exception as error:  # the publisher's fault
             self.status('error', f'subscribe: a message of {item.topic} cannot be read: {error}')
             return []
-        size = min((one.fragment_size for one in asked if one.fragment_size is not None), default=None)
+        size = min((subscription.fragment_size for subscription in subscriptions
+                    if subscription.fragment_size is not None), default=None)
         return list(fragments(frame, size, f'{item.topic}_{self._frames}'))
 
     # ------------------------------------------------------------------------------------------------ the end
@@ -439,3 +441,12 @@ class Session:
         for task in self._calls:
             task.cancel()
         return self._bridge.leave(self)
+
+
+HANDLERS: Dict[str, Callable[[Session, Operation], Optional[Awaitable[None]]]] = {
+    'advertise': Session._advertise, 'unadvertise': Session._unadvertise, 'publish': Session._publish,
+    'subscribe': Session._subscribe, 'unsubscribe': Session._unsubscribe, 'call_service': Session._call_service,
+    'advertise_service': Session._advertise_service, 'unadvertise_service': Session._unadvertise_service,
+    'service_response': Session._service_response, 'set_level': Session._set_level, 'status': Session._status,
+    'auth': Session._auth, 'deadman': Session._deadman,
+    'refused': Session._refused}  # of OPERATIONS, all but those that hold another one; and the report of a fault

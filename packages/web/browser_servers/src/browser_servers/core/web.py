@@ -95,7 +95,7 @@ def make_access(address: str, token: str, origins: str, hosts: str, null_origin:
     """
     name, forwarded = socket.gethostname(), _forwarded_name(port)
     names = [name, f'{name}.local', socket.getfqdn(), *forwarded, *_parts(hosts)]
-    sites = [*(f'https://{one}' for one in forwarded), *_parts(origins)]
+    sites = [*(f'https://{host}' for host in forwarded), *_parts(origins)]
     if is_loopback(address):
         token = token or secrets.token_urlsafe(16)
     elif token == OFF:

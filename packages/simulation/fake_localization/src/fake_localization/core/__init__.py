@@ -1,0 +1,1 @@
+"""The part without ROS: frames in the plane."""
