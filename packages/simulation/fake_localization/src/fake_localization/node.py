@@ -10,8 +10,7 @@ import tf2_ros
 from geometry_msgs.msg import Pose, PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from fake_localization.core.frames import compose, inverse
-from kinematic_core.worlds.planar import Pose2D
+from kinematic_core.worlds.planar import ORIGIN, Pose2D, compose, relative
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Number, Table, Text
 from rospy_support.rotations import to_quaternion, yaw_of
@@ -37,7 +36,7 @@ class FakeLocalization:
             '~odom_frame_id', '~base_frame_id', '~global_frame_id', '~transform_tolerance', '~delta_x', '~delta_y',
             '~delta_yaw')
         self._lock = threading.Lock()
-        self._offset = inverse(Pose2D(*delta))  # of the frame of the true poses in the map
+        self._offset = relative(ORIGIN, Pose2D(*delta))  # of the frame of the true poses in the map
         self._truth = None
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._buffer = tf2_ros.Buffer()
@@ -59,7 +58,7 @@ class FakeLocalization:
         except tf2_ros.TransformException as error:
             self._throttle.warn('tf', 'No transform from %s to %s yet: %s', self._odom, self._base, error)
             return
-        odometry = compose(place, inverse(_plane(found.translation, found.rotation)))
+        odometry = compose(place, relative(ORIGIN, _plane(found.translation, found.rotation)))
         self._broadcaster.sendTransform(base_transform(stamp + rospy.Duration(self._tolerance), self._map, self._odom,
                                                        odometry))
         self._publish(place, stamp)
@@ -69,7 +68,7 @@ class FakeLocalization:
         wanted = _plane(message.pose.pose.position, message.pose.pose.orientation)
         with self._lock:
             if self._truth is not None:
-                self._offset = compose(wanted, inverse(self._truth))
+                self._offset = compose(wanted, relative(ORIGIN, self._truth))
 
     def _publish(self, place, stamp):
         pose = Pose(orientation=to_quaternion(0.0, 0.0, place.yaw))

@@ -6,7 +6,6 @@ Threading contract: the thread of the subscription to ``robots`` renders. Its qu
 machine skips images instead of falling behind. Another thread stores the scene, in one assignment.
 """
 import json
-import math
 
 import cv2
 import rosgraph.names
@@ -20,6 +19,7 @@ from gazebo_ros.robot_topics import Schedule, prefixed
 from kinematic_core.worlds import camera as pinhole
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.floor_plan import Cylinder
+from kinematic_core.worlds.planar import Pose2D, compose
 from rospy_support import nodes
 from rospy_support.parameters import Number, Table, Text
 from rospy_support.rotations import yaw_of
@@ -106,9 +106,9 @@ class _Camera:
 
     def _place(self, centre):
         """Return (x, y, z, yaw) of the camera in the world."""
-        place, at, yaw = self._camera.place, centre.translation, yaw_of(centre.rotation)
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        return (at.x + cos * place.x - sin * place.y, at.y + sin * place.x + cos * place.y, place.z, yaw + place.yaw)
+        place, at = self._camera.place, centre.translation
+        pose = compose(Pose2D(at.x, at.y, yaw_of(centre.rotation)), Pose2D(place.x, place.y, place.yaw))
+        return pose.x, pose.y, place.z, pose.yaw
 
 
 def _with_others(plan, bodies, poses, own):

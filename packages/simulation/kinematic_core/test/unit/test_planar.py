@@ -1,11 +1,11 @@
-"""kinematic_core.worlds.planar: exact arcs."""
+"""kinematic_core.worlds.planar: poses in frames, and exact arcs."""
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance, mean_twist
+from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance, compose, mean_twist, relative
 
 LENGTH_TOLERANCE = 1e-9  # [m, rad]
 speeds = st.floats(-3.0, 3.0)
@@ -15,6 +15,17 @@ headings = st.floats(-3.1, 3.1)
 def close(pose, expected, tolerance=LENGTH_TOLERANCE):
     return (abs(pose.x - expected.x) < tolerance and abs(pose.y - expected.y) < tolerance
             and abs(math.remainder(pose.yaw - expected.yaw, 2.0 * math.pi)) < tolerance)
+
+
+def test_a_pose_in_a_turned_frame():
+    """1 m ahead in a frame at (2, 3) that looks to the left is at (2, 4)."""
+    assert close(compose(Pose2D(2.0, 3.0, math.pi / 2.0), Pose2D(1.0, 0.0, 0.5)), Pose2D(2.0, 4.0, math.pi / 2.0 + 0.5))
+
+
+@pytest.mark.parametrize('frame', [ORIGIN, Pose2D(1.0, -2.0, 0.7), Pose2D(-3.0, 0.5, -3.0)])
+def test_relative_is_the_inverse_of_compose(frame):
+    assert close(relative(compose(frame, Pose2D(0.3, 4.0, 3.0)), frame), Pose2D(0.3, 4.0, 3.0))
+    assert close(compose(frame, relative(ORIGIN, frame)), ORIGIN)
 
 
 @pytest.mark.parametrize('pose, twist, dt, expected', [

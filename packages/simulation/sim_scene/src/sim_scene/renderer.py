@@ -21,10 +21,15 @@ from kinematic_core.worlds.camera import (
     require_range,
 )
 from kinematic_core.worlds.floor_plan import FloorPlan
-from sim_scene.backdrop import background
+from sim_scene import textures
 from sim_scene.faces import Faces, light
-from sim_scene.native import Camera, Pose, Scene
-from sim_scene.response import response_of
+from sim_scene.native import Background, Camera, Pose, Scene
+from sim_scene.response import Response, response_of
+
+SHARPNESS = 1.1  # pixels of the floor's image per pixel of the camera, in the geometric mean of its two directions
+LEVELS = 5  # images of the floor, each half as fine as the previous one; beyond the last one it is plain
+ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # brightness of the sky at the top, and share of white at the horizon
+SKY_HEIGHT = 0.6  # [tangent of the elevation] from which on the sky has its darkest tone
 
 
 class Renderer:
@@ -47,7 +52,7 @@ class Renderer:
                                           cy=camera.cy, near=NEAR),
                             solids=faces.solids, pattern=faces.pattern, light=light(),
                             response=response.compiled,
-                            background=background(camera, plan.ground_colour, plan.sky_colour, response, patterns))
+                            background=_background(camera, plan.ground_colour, plan.sky_colour, response, patterns))
 
     def render(self, camera_pose: Sequence[float], bgr: bool = False) -> np.ndarray:
         """Return the image of a camera at (x, y, z, yaw) [m, rad]: a new array (height, width, 3) uint8.
@@ -70,3 +75,23 @@ class Renderer:
         """
         right, down = (slopes.astype(np.float32) for slopes in (self.camera.right, self.camera.down))
         return cv2.merge([depth * right, depth * down[:, None], depth])
+
+
+def _background(camera: PinholeCamera, ground: Sequence[int], sky: Sequence[int], response: Response,
+                patterns: bool) -> Background:
+    """Return the Background that a camera sees, with floor and sky of these colours; ``patterns``: False for plain."""
+    ground_colour, sky_colour = np.array(ground, float), np.array(sky, float)
+    floor = [response.image(textures.floor(halved, response)) for halved in range(LEVELS)] if patterns else []
+    rows = _rows(camera, ground_colour, sky_colour, response) if patterns else \
+        np.where(camera.down[:, None] >= 0.0, ground_colour, sky_colour)
+    return Background(rows=textures.rounded(rows), floor=floor, colour=ground_colour, period=textures.PERIOD,
+                      sharpness=SHARPNESS)
+
+
+def _rows(camera: PinholeCamera, ground: np.ndarray, sky: np.ndarray, response: Response) -> np.ndarray:
+    """Return the colours (height, 3) of the rows: the sky's gradient, and the mean of the floor's pattern."""
+    down = camera.down[:, None]
+    up = np.clip(-down / SKY_HEIGHT, 0.0, 1.0)
+    horizon = sky + (255.0 - sky) * HORIZON_WHITE
+    darker = horizon + (sky * ZENITH_TONE - horizon) * np.sqrt(up)
+    return np.where(down >= 0.0, textures.floor_mean(ground, response), darker)

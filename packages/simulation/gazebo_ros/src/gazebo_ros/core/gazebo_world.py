@@ -13,8 +13,8 @@ from gazebo_ros.core import robots
 from gazebo_ros.core.vehicle import DT, Vehicle
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.floor_plan import EMPTY, Box, Cylinder, FloorPlan, Panel, Shape
-from kinematic_core.worlds.models import Models, State, of_robot, of_shape, out_of
-from kinematic_core.worlds.planar import ORIGIN, Pose2D
+from kinematic_core.worlds.models import Models, State, of_robot, of_shape
+from kinematic_core.worlds.planar import ORIGIN, Pose2D, compose
 from plain_support import InvalidInput, require_sane, shown
 from sim_scene import sdf
 
@@ -138,7 +138,7 @@ class GazeboWorld(Models):
         for name, state in zip(self.names(), self.states()):
             for link, pose in self._links[name] if name in self._links else self._models[name].links:
                 own = Pose2D(float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0]))
-                found.append((f'{name}::{link}', State(out_of(state.pose, own), state.z + float(pose[2, 3]),
+                found.append((f'{name}::{link}', State(compose(state.pose, own), state.z + float(pose[2, 3]),
                                                        state.twist)))
         return found
 

@@ -9,7 +9,7 @@ from kinematic_core.worlds.collision import Obstacles
 from kinematic_core.worlds.floor_plan import Cylinder, FloorPlan
 from kinematic_core.worlds.frames import ahead
 from kinematic_core.worlds.omni import UNLIMITED
-from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance
+from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance, compose
 from kinematic_core.worlds.rays import RayCaster
 from kinematic_core.worlds.robot_world import GAZEBO_DT, RobotWorld
 from plain_support import InvalidInput
@@ -118,10 +118,8 @@ class Vehicle:
 
     def scan(self, laser: Laser, caster: RayCaster, others: Sequence[Cylinder]) -> np.ndarray:
         """Return the ranges (rays,) [m], without noise, of one of its lasers; ``caster`` sees the plan."""
-        place, centre = laser.place, self.centre
-        cos, sin = math.cos(centre.yaw), math.sin(centre.yaw)
-        position = (centre.x + cos * place.x - sin * place.y, centre.y + sin * place.x + cos * place.y,
-                    centre.yaw + place.yaw)
+        place = laser.place
+        position = compose(self.centre, Pose2D(place.x, place.y, place.yaw))
         ranges = caster.ranges(*position)
         if others:
             moving = RayCaster(FloorPlan(cylinders=tuple(others)), place.z, angles(laser))

@@ -5,9 +5,8 @@ A shape's pose has its position in the middle of its body; only a panel's is in 
 import math
 from typing import Dict, List, NamedTuple
 
-from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.floor_plan import Panel, Shape
-from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D
+from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, compose, relative
 from plain_support import InvalidInput, shown
 
 WORLD_FRAMES = ('', 'world', 'map')
@@ -32,13 +31,6 @@ def of_robot(pose: Pose2D, twist: Twist2D) -> State:
     return State(pose, 0.0, _turned(twist, pose.yaw))
 
 
-def out_of(frame: Pose2D, pose: Pose2D) -> Pose2D:
-    """Return a pose, given in the frame of another one, in the frame that the other one is in."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return Pose2D(frame.x + cos * pose.x - sin * pose.y, frame.y + sin * pose.x + cos * pose.y,
-                  wrap_angle(frame.yaw + pose.yaw))
-
-
 class Models:
     """Subclasses have the names and states of their models, in the same order."""
 
@@ -58,14 +50,12 @@ class Models:
         if frame in WORLD_FRAMES:
             return found
         reference = self._find(frame, 'frame')
-        dx, dy = found.pose.x - reference.pose.x, found.pose.y - reference.pose.y
-        cos, sin = math.cos(reference.pose.yaw), math.sin(reference.pose.yaw)
-        pose = Pose2D(cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(found.pose.yaw - reference.pose.yaw))
-        return State(pose, found.z - reference.z, _turned(found.twist, -reference.pose.yaw))
+        return State(relative(found.pose, reference.pose), found.z - reference.z,
+                     _turned(found.twist, -reference.pose.yaw))
 
     def in_world(self, pose: Pose2D, frame: str = '') -> Pose2D:
         """Return a pose, given in a frame, in that of the world; raise InvalidInput if the frame is unknown."""
-        return pose if frame in WORLD_FRAMES else out_of(self._find(frame, 'frame').pose, pose)
+        return pose if frame in WORLD_FRAMES else compose(self._find(frame, 'frame').pose, pose)
 
     def _find(self, name: str, what: str) -> State:
         found = self._candidates(name)

@@ -28,6 +28,20 @@ ORIGIN = Pose2D()
 STILL = Twist2D()
 
 
+def compose(frame: Pose2D, pose: Pose2D) -> Pose2D:
+    """Return a pose, given in ``frame``, in the frame that ``frame`` is given in."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose2D(frame.x + cos * pose.x - sin * pose.y, frame.y + sin * pose.x + cos * pose.y,
+                  wrap_angle(frame.yaw + pose.yaw))
+
+
+def relative(pose: Pose2D, frame: Pose2D) -> Pose2D:
+    """Return a pose in ``frame``; both are given in the same frame."""
+    dx, dy = pose.x - frame.x, pose.y - frame.y
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose2D(cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(pose.yaw - frame.yaw))
+
+
 def advance(pose: Pose2D, twist: Twist2D, dt: float) -> Pose2D:
     """Return the pose after ``dt`` [s] of a constant twist: an exact arc; yaw in [-pi, pi).
 

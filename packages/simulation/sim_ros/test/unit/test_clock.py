@@ -1,4 +1,4 @@
-"""sim_ros.status_reporter: when ~clock_status is published, and when it warns of a slow pace. Wall time is a fake."""
+"""sim_ros.clock: when ~clock_status is published, and when it warns of a slow pace. Wall time is a fake."""
 import math
 import types
 
@@ -6,8 +6,8 @@ import pytest
 import rospy
 
 from rospy_support.throttle import WallThrottle
-from sim_ros import status_reporter
-from sim_ros.status_reporter import PERIOD, WINDOW, StatusReporter
+from sim_ros import clock
+from sim_ros.clock import STATUS_PERIOD, WINDOW, StatusReporter
 
 STEP = 0.02  # [s]
 
@@ -24,10 +24,10 @@ class Publisher:
 
 @pytest.fixture
 def wall(monkeypatch):
-    clock = types.SimpleNamespace(now=100.0)
-    monkeypatch.setattr(status_reporter.time, 'monotonic', lambda: clock.now)
-    monkeypatch.setattr(status_reporter, 'Publisher', Publisher)
-    return clock
+    fake = types.SimpleNamespace(now=100.0)
+    monkeypatch.setattr(clock.time, 'monotonic', lambda: fake.now)
+    monkeypatch.setattr(clock, 'Publisher', Publisher)
+    return fake
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_a_status_is_published_at_each_change_and_every_second(wall):
     status.report(0, '')
     assert published == [(0, 0.0, False, 0, '')]
     for _ in range(100):  # 1 s at twice the pace of the wall clock
-        wall.now += PERIOD / 100
+        wall.now += STATUS_PERIOD / 100
         pacer.steps += 1
         status.report(0, '')
     assert published[1:] == [(100, pytest.approx(2.0), False, 0, '')]
@@ -63,7 +63,7 @@ def test_a_status_is_published_at_each_change_and_every_second(wall):
 def run(wall, pacer, status, steps):
     """Let as many steps pass in each of the next periods as ``steps`` has."""
     for number in steps:
-        wall.now += PERIOD
+        wall.now += STATUS_PERIOD
         pacer.steps += number
         status.report(0, '')
 

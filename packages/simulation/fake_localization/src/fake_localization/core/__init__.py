@@ -1,1 +1,0 @@
-"""The part without ROS: frames in the plane."""
