@@ -33,7 +33,7 @@ EXCEPTIONS = {  # (package, name of a later room that it uses): why
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'packages/simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
+ROS_FREE = {'packages/simulation/kinematic_core/src': IMAGES,  # most do without: test_core_import.py
             'packages/simulation/sim_scene/src': IMAGES,
             'packages/navigation/navigation_core/src': IMAGES | {'scipy'},
             'packages/vision/alvar_core/src': IMAGES | {'cairo'},
@@ -57,7 +57,7 @@ REPAIR = 'packages/support/rospy_support/python_path/rospy_repair.py'  # too: it
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = dict.fromkeys(('tools', 'scripts', 'src', 'packages'), ('requirements.txt',))  # of commands
-EXTRAS = {'gymnasium', 'Jinja2'}  # of kinematic_core; Debian's python3-jinja2 is there where the tests' one is not
+EXTRAS = {'Jinja2'}  # Debian's python3-jinja2 is there where the tests' one is not
 
 TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start
 MODULES = sorted({path for folder in ('src', 'packages', 'test', 'scripts', 'tools')

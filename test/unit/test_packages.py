@@ -15,7 +15,7 @@ ROSDEP = {name: f'python3-{name}' for name in (
     'cairo', 'cbor2', 'jinja2', 'numpy', 'psutil', 'rospkg', 'scipy', 'selenium',
     'tornado', 'tqdm')}  # module: rosdep's name
 ROSDEP.update(cv2='python3-opencv', tkinter='python3-tk', yaml='python3-yaml')
-OPTIONAL = {'dask', 'distributed', 'gymnasium', 'jupyter_server',  # installed for the commands that need them
+OPTIONAL = {'dask', 'distributed', 'jupyter_server',  # installed for the commands that need them
             'ament_index_python'}  # a part of ROS 2 that our xacro brings along
 PROVENANCE = re.compile(r'A stand-in for (?:the [\w ]+ )?(\w+) (\d+\.\d+\.\d+)\b.*'
                         r'\. It behaves like that version; no code is copied from it\.$')

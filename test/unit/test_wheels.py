@@ -20,7 +20,6 @@ FOLDERS = {'plain_support': REPOSITORY / 'packages' / 'support' / 'plain_support
            'kinematic_core': REPOSITORY / 'packages' / 'simulation' / 'kinematic_core',
            'alvar_core': REPOSITORY / 'packages' / 'vision' / 'alvar_core'}
 NEEDED = ('numpy', 'cv2', 'psutil', 'yaml')  # required by the wheels; linked, because pip would have to download them
-EXTRA = 'environments'  # a folder that needs the extra gymnasium, see test_environments.py
 LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')
 COMPILED = {'alvar_core': {'_native', '_native_avx2'}}  # the second one only on x86
 TIMEOUT = 600.0  # [s], of a build on a machine that does other work, too
@@ -83,8 +82,7 @@ def test_setuptools_which_catkin_install_uses_reads_the_file(name):
 @pytest.mark.nightly
 def test_every_module_imports_without_ros(python):
     modules = ['.'.join(path.relative_to(FOLDERS[name] / 'src').with_suffix('').parts)
-               for name in FOLDERS for path in (FOLDERS[name] / 'src').rglob('[!_]*.py')
-               if path.parent.name != EXTRA]
+               for name in FOLDERS for path in (FOLDERS[name] / 'src').rglob('[!_]*.py')]
     assert len(modules) > 30
     program = ('import importlib, importlib.util, sys\n'
                'for name in sys.argv[1:]: importlib.import_module(name)\n'

@@ -1,5 +1,5 @@
 """kinematic_core runs with plain python3: no ROS, no site-packages; rays, camera and sectors take numpy, a map
-OpenCV, the environments gymnasium."""
+OpenCV."""
 import shutil
 import subprocess
 
@@ -9,9 +9,9 @@ from unit_support.packages import PACKAGES
 
 CORE, SUPPORT = (PACKAGES[name].folder / 'src' for name in ('kinematic_core', 'plain_support'))
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_MORE = {'camera', 'overhead', 'rays', 'sectors', 'environments'}  # modules and folders
+WITH_MORE = {'camera', 'overhead', 'rays', 'sectors'}
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')
-                 if path.stem not in WITH_MORE and path.parent.name not in WITH_MORE)
+                 if path.stem not in WITH_MORE)
 TIMEOUT = 20.0  # [s]
 PROGRAM = '''
 import sys

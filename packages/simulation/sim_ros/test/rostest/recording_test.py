@@ -1,23 +1,21 @@
 #!/usr/bin/env python3
 """Recordings of both simulators: old files stay, truncated ones can be read, a full disk ends only the recording.
 
-And the Gymnasium environments make the same ones.
+The worlds alone, without ROS, make the same ones.
 """
 import csv
 import os
 import signal
 
-import gymnasium
-import numpy as np
 import roslib.packages
 import rospy
 from sim_ros.srv import Step
 
-from kinematic_core.environments.tasks import TASKS  # the package registers the environments
 from kinematic_core.timing.recorder import ACTIVE
-from kinematic_core.worlds.turtle_world import float32
-from kinematic_core.worlds.world_format import to_json
-from rostest_support.common import DEADLINE, Process, SimulatorCase, release, run, until
+from kinematic_core.worlds.robot_world import RobotWorld
+from rostest_support.common import DEADLINE, Process, SimulatorCase, nightly, run, until
+from sim_scene.worlds import load_world
+from turtlesim.core import replay
 
 LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not
 
@@ -77,7 +75,8 @@ class RecordingTest(SimulatorCase):
 
     def recorded(self, package, node, cmd_vel, commands, *arguments):
         """Return the rows (dicts) of a run in which each of ``commands`` took effect, some steps after the other."""
-        path = os.path.join(self.temporary_directory(), 'run.csv')
+        self.folder = self.temporary_directory()
+        path = os.path.join(self.folder, 'run.csv')
         simulator = self.start(package, node, f'_record:={path}', *arguments)
         step, drive = rospy.ServiceProxy(f'/{package}/step', Step), self.driver(cmd_vel)
 
@@ -96,42 +95,30 @@ class RecordingTest(SimulatorCase):
         simulator.stop()
         return found
 
-    def check_environment(self, task, seed, rows, text):
-        """Compare the rows of a simulator's recording with those that an environment makes of its commands."""
-        env = gymnasium.make(f'kinematic_core/{task}-v0').unwrapped
-        env.reset(seed=seed)
-        fastest = np.array(TASKS[task].fastest)
-        command = np.zeros(3)
-        for row in rows:
-            event = row['event'].rpartition(';')[2].split()  # the first row also has turtle1's start
-            if event[:1] == ['cmd']:
-                command = np.array(event[1:], float)
-            env.step((command if len(fastest) == 3 else command[[0, 2]]) / fastest)
-            self.assertEqual([row['x'], row['y'], row['theta']], [text(value) for value in env.pose], row)
-
-    def test_turtle_environment_makes_the_recording(self):
+    def test_turtle_world_makes_the_recording(self):
         """Also at the wall."""
         commands = [(0.1 * number, 0.0, 2.0 - 0.3 * number) for number in range(14)] + [(2.0, 0.0, 0.25)] * 40
-        rows = self.recorded('turtlesim', 'turtlesim_node', 'turtle1/cmd_vel', commands, '_seed:=7')
-        self.check_environment('TurtleGoal', 7, rows, lambda value: f'{float32(value):.9g}')
+        self.recorded('turtlesim', 'turtlesim_node', 'turtle1/cmd_vel', commands, '_seed:=7')
+        result = replay.replay(os.path.join(self.folder, 'run.csv'))
+        self.assertEqual((0, []), (result.different_poses, result.different_colours))
 
-    @release
-    def test_robotont_environment_makes_the_recording(self):
-        commands = [(0.5 - 0.05 * number, 0.04 * number, 0.1 * number - 0.6) for number in range(12)]
-        rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands)
-        self.check_environment('RobotontGoal', 3, rows, lambda value: f'{value:.9g}')
-
-    @release
-    def test_robotont_environment_between_walls_makes_the_recording(self):
-        """Against a wall and along it."""
-        env = gymnasium.make('kinematic_core/RobotontBetweenWalls-v0').unwrapped
-        env.reset(seed=5)
-        world = os.path.join(self.temporary_directory(), 'gap.yaml')
-        with open(world, 'w', encoding='utf-8') as file:
-            file.write(to_json(env.plan))
-        commands = [(0.5, 0.1, 0.0)] * 30 + [(0.3, -0.5, 0.8)] * 10
-        rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands, f'_world:={world}')
-        self.check_environment('RobotontBetweenWalls', 5, rows, lambda value: f'{value:.9g}')
+    @nightly
+    def test_robot_world_makes_the_recording(self):
+        """Also against a wall and along it."""
+        commands = ([(0.5 - 0.05 * number, 0.04 * number, 0.1 * number - 0.6) for number in range(12)]
+                    + [(0.5, 0.1, 0.0)] * 30 + [(0.3, -0.5, 0.8)] * 10)
+        rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands, '_world:=between')
+        worlds = os.path.join(roslib.packages.get_pkg_dir('robotont_gazebo'), 'worlds')
+        world = RobotWorld(load_world('between', worlds)[0])
+        touched = False
+        for row in rows:
+            event = row['event'].split()
+            if event[:1] == ['cmd']:
+                world.command(*map(float, event[1:]))
+            world.step()
+            self.assertEqual([row['x'], row['y'], row['theta']], [f'{value:.9g}' for value in world.pose], row)
+            touched |= world.touching
+        self.assertTrue(touched)
 
     def test_turtlesim_snapshot_names(self):
         """A file, a folder and a link that leads nowhere are at the next names: they stay, a free one is found."""
