@@ -11,11 +11,9 @@ import sys
 import time
 import xmlrpc.client
 
-import actionlib
 import rosgraph
 import rospy
 import tf
-from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Pose
@@ -29,8 +27,6 @@ def help_others():
         (pose.x, pose.y, 0.0), tf.transformations.quaternion_from_euler(0.0, 0.0, pose.theta), rospy.Time.now(),
         'turtle1', 'world'))
     serve_command()
-    server = actionlib.SimpleActionServer('/fibonacci', FibonacciAction, lambda goal: compute(server, goal), False)
-    server.start()
     for name, value in ('r', 255), ('g', 255), ('b', 0):
         rospy.set_param(f'/turtlesim/background_{name}', value)
     rospy.ServiceProxy('/clear', Empty)()
@@ -44,18 +40,6 @@ def serve_command():
     command.linear.x, command.angular.z = 0.5, 0.2
     rospy.Service('/turtle_command', Trigger, lambda request: (not started.append(1), 'started'))
     rospy.Timer(rospy.Duration(0.1), lambda event: started and commands.publish(command))
-
-
-def compute(server, goal):
-    sequence = [0, 1]
-    while len(sequence) <= goal.order and not server.is_preempt_requested():
-        sequence.append(sequence[-1] + sequence[-2])
-        server.publish_feedback(FibonacciFeedback(sequence))
-        rospy.sleep(0.5)
-    if server.is_preempt_requested():
-        server.set_preempted(FibonacciResult(sequence))
-    else:
-        server.set_succeeded(FibonacciResult(sequence))
 
 
 def is_master(uri):

@@ -112,8 +112,3 @@ def test_the_table_of_the_red_team_has_each_program_and_what_it_came_to():
     assert [line for line in lines if '`ptrace`' in line] == [
         '| reads the memory of others | `ptrace` | failed |  |  | a reason ' + 12 * 'long ' + '... |']
     assert suite_grading.preface({'ours': {'alone': [1.0]}}) == ''
-
-
-def test_each_kind_of_attack_has_two_programs():
-    kinds = list(check_red_team.kinds().values())
-    assert [kind for kind in set(kinds) if kinds.count(kind) < 2] == []
