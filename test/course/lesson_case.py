@@ -14,6 +14,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty
 from turtlesim.msg import Color, Pose
+from turtlesim.srv import Spawn
 
 import rostest
 
@@ -93,10 +94,14 @@ class LessonCase(unittest.TestCase):
         """Wait until a program has printed a text."""
         self.until(lambda: text in program.output(), lambda: f'{text!r} in {program.output()!r}')
 
-    def until_ended(self, program):
-        """Wait until a program ends by itself, without an error."""
+    def until_ended(self, program, code=0):
+        """Wait until a program ends by itself with an exit code."""
         self.until(program.ended, lambda: f'the end of the program, which printed {program.output()!r}')
-        self.assertEqual(0, program.code, program.output())
+        self.assertEqual(code, program.code, program.output())
+
+    def spawn(self, name):
+        """Make a turtle of that name at (3, 3)."""
+        rospy.ServiceProxy('spawn', Spawn)(3.0, 3.0, 0.0, name)
 
     def until_the_turtle_stands(self):
         """Wait until ten poses after each other have no velocity."""

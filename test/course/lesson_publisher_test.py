@@ -29,10 +29,13 @@ class LessonPublisher(LessonCase):
         self.assertEqual(Twist(), self.commands[-1])
 
     def test_parameters(self):
-        """~linear and ~angular on the command line."""
-        self.start('velocity_publisher.py', '_linear:=-1.0', '_angular:=0.5')
-        self.until(lambda: self.commands, 'a command')
-        self.assertEqual((-1.0, 0.5), (self.commands[-1].linear.x, self.commands[-1].angular.z))
+        """~linear and ~angular on the command line, and a topic remapped there."""
+        self.spawn('anna')
+        commands = self.record('anna/cmd_vel', Twist)
+        self.start('velocity_publisher.py', '_linear:=-1.0', '_angular:=0.5', 'turtle1/cmd_vel:=anna/cmd_vel')
+        self.until(lambda: commands, 'a command')
+        self.assertEqual((-1.0, 0.5), (commands[-1].linear.x, commands[-1].angular.z))
+        self.assertEqual([], self.commands)
 
 
 if __name__ == '__main__':

@@ -19,6 +19,14 @@ class LessonSquare(LessonCase):
         self.assertAlmostEqual(CORNERS[-1][0], self.poses[-1].x, delta=TOLERANCE)
         self.assertAlmostEqual(CORNERS[-1][1], self.poses[-1].y, delta=TOLERANCE)
 
+    def test_refuses_what_does_not_fit(self):
+        """Exit code 1 with what would fit, before the turtle has moved at all."""
+        program = self.start('drive_shape.py', '_size:=7')
+        self.until_ended(program, code=1)
+        for text in ('[FATAL]', 'a square of size 7 m', 'corner 1 (12.54, 5.54)', 'largest possible size is 5.54 m'):
+            self.assertIn(text, program.output())
+        self.assertEqual([], self.commands)
+
 
 if __name__ == '__main__':
     run(LessonSquare)

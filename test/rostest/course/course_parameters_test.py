@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Parameters that the course's nodes refuse, and nodes that find no simulator. There is none in these tests."""
 
-from rostest_support.common import one_in, release, run
+from rostest_support.common import nightly, one_in, run
 from rostest_support.course import CourseCase
 from turtle_robotont.driving.shapes import SHAPES
 
@@ -31,7 +31,7 @@ DRIVERS = ['stop_at_x.py', 'drive_shape.py', 'teleport_tour.py']  # they need th
 class ParametersTest(CourseCase):
     simulator = None
 
-    @release
+    @nightly
     def test_course_bad_parameters(self):
         """Exit code 2 and one line that names the parameter, its value and the allowed values."""
         for begin in range(0, len(REFUSED), AT_A_TIME):
@@ -48,7 +48,7 @@ class ParametersTest(CourseCase):
         for text in [f'parameter {parameter}', *texts]:
             self.assertIn(text, lines[0])
 
-    @release
+    @nightly
     def test_course_unknown_parameters(self):
         """A misspelt parameter, a forgotten underscore or colon: exit code 2 and one line with the right name."""
         processes = [self.start(script, f'__name:=case{number}', argument)

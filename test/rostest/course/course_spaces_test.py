@@ -5,8 +5,8 @@ import rospy
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DriveTo
 
-from rostest_support.common import DEADLINE, MIDDLE, Collected, proxy, registered_names, run, until
-from rostest_support.course import CourseCase, stands
+from rostest_support.common import DEADLINE, MIDDLE, Collected, proxy, run, until
+from rostest_support.course import CourseCase
 
 NODES = [('stop_at_x.py', ('_speed:=4.0',)), ('set_pen.py', ()), ('teleport_tour.py', ('_pause:=0.1',))]
 
@@ -45,19 +45,6 @@ class SpacesTest(CourseCase):
         self.assert_at(self.left.pose(), *goals[self.left])
         self.assert_at(self.right.pose(), *goals[self.right])
         self.assertEqual(seen, len(status.messages), 'the right server told of the left drive')
-
-    def test_course_nodes_in_a_namespace(self):
-        """All that a node publishes, subscribes to and serves lies in its namespace."""
-        nodes = {'/left/velocity_publisher', '/left/pose_subscriber', '/left/drive_server'}
-        until(lambda: all(len(registered_names(node)[1]) + len(registered_names(node)[0]) > 1 for node in nodes),
-              f'all of {nodes} registered')
-        rospy.wait_for_service('/left/turtle1/draw_shape', DEADLINE)
-        names = [registered_names(node) for node in nodes]
-        for kind in zip(*names):
-            for name in set.union(*kind) - {'/rosout'}:
-                self.assertTrue(name.startswith('/left/'), name)
-        self.left.poses().next(lambda pose: pose.linear_velocity == 0.5, 'the left turtle driving')
-        self.assertTrue(stands(self.right.pose()))
 
     def test_course_nodes_by_ns(self):
         """__ns:= on the command line, node after node."""

@@ -7,7 +7,7 @@ from geometry_msgs.msg import Point
 from turtle_robotont.srv import DrawShape
 
 from rostest_support.common import DEADLINE, MIDDLE, one_in, proxy, run
-from rostest_support.course import POSITION_TOLERANCE, BackgroundCall, CourseCase
+from rostest_support.course import POSITION_TOLERANCE, CourseCase
 from turtle_robotont.driving.shapes import SHAPES
 
 MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
@@ -66,18 +66,6 @@ class DrawShapeTest(CourseCase):
                     self.assertIn(text, answer.reason)
         self.assertEqual(before, self.pose())
         self.assertEqual([], commands.messages)
-
-    def test_draw_shape_preempted(self):
-        """A newer shape takes over from one that is being drawn, which is answered as not drawn."""
-        poses = self.poses()
-        older = BackgroundCall('/turtle1/draw_shape', DrawShape, 'square', 4.0, [], 0.0)
-        poses.next(lambda pose: pose.x > MIDDLE + 0.5, 'the turtle on the first side')
-        begin, corners = len(poses.messages), [(7.0, 6.5), (6.0, 6.5)]
-        newer = self.draw('corners', corners=corners, speed=6.0)
-        self.assert_drawn(newer, poses.messages[begin:], [*corners, corners[0]])
-        answer = older.ended()
-        self.assertFalse(answer.drawn)
-        self.assertIn('preempted: a newer goal', answer.reason)
 
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ import math
 import rospy
 from nav_msgs.msg import Odometry
 
-from rostest_support.common import release, run, until
+from rostest_support.common import nightly, run, until
 from rostest_support.course import STOP, off_side
 from rostest_support.robot import RobotCase
 
@@ -63,7 +63,7 @@ class DriveRobotTest(RobotCase):
         self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 0\.5 s; is the robot or its simulator running')
         until(lambda: velocities.messages[-1] == STOP, 'a last Twist of zeros')
 
-    @release
+    @nightly
     def test_drive_robot_stale_odometry(self):
         """Another node sends old odometry: it is ignored with one warning, and the square is driven."""
         stale = rospy.Publisher('odom', Odometry, queue_size=10)
@@ -81,13 +81,6 @@ class DriveRobotTest(RobotCase):
         self.assertLess(math.dist(robot.track[-1][:2], START[:2]), CORNER_TOLERANCE)
         self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*ignored')
 
-    @release
-    def test_drive_robot_without_robot(self):
-        """Exit code 1 after the 10 s that a node waits."""
-        said = self.ended(self.start('drive_shape.py', '_robot:=true'), code=1)
-        self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 10 s; is the robot or its simulator running')
-        self.assertNotIn('paused', said)  # nothing here is simulated
-
     def test_drive_robot_maze(self):
         """ar_maze.py: two markers, one behind the robot; near to each in their order, and exit code 0."""
         places = {7: (1.8, 0.3), 2: (-1.6, -0.5)}
@@ -100,7 +93,7 @@ class DriveRobotTest(RobotCase):
                 for marker in (2, 7)]
         self.assertTrue(near[0] and near[1] and near[0][0] < near[1][0], 'first 2, then 7')
 
-    @release
+    @nightly
     def test_drive_robot_maze_without_marker(self):
         """ar_maze.py: a marker that is not there: exit code 1 and which one."""
         robot = self.robot(places={1: (9.0, 0.0)})

@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
-"""The service turtle1/drive_to: answers, speed and tolerance, refused requests."""
+"""The service turtle1/drive_to: answers, speed and tolerance, refused requests; the topic turtle1/drive_status."""
 import math
+import statistics
 
 import rospy
+from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DriveTo
 
-from rostest_support.common import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, one_in, proxy, run
-from rostest_support.course import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
+from rostest_support.common import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, Collected, one_in, proxy, run, until
+from rostest_support.course import HEADING_TOLERANCE, SPEED_TOLERANCE, BackgroundCall, CourseCase, stands, wrapped
 
 DEFAULT_TOLERANCE = 0.01  # [m]
+OVERSHOOT = 0.02  # [m] by which the distance left may grow again
+STATUS_PERIOD = 0.09  # [s] of 0.1 s wall time
 ELAPSED_TOLERANCE = 0.5  # [s] poses may come late
 GOAL = {'x': 5.0, 'y': 6.0, 'theta': 0.0, 'use_heading': False, 'speed': 0.0, 'tolerance': 0.0}
 REFUSED = [  # request, words in the reason
@@ -28,6 +32,12 @@ class DriveToTest(CourseCase):
 
     def drive_to(self, **values):
         return proxy('/turtle1/drive_to', DriveTo)(*dict(GOAL, **values).values())
+
+    def status(self):
+        """Return the Collected messages of drive_status."""
+        status = Collected('/turtle1/drive_status', DriveStatus)
+        until(status.subscriber.get_num_connections, 'the server on drive_status')
+        return status
 
     def assert_arrived(self, answer, x, y, tolerance=DEFAULT_TOLERANCE):
         """Assert that the turtle stands at (x, y), and that the answer says so."""
@@ -59,6 +69,42 @@ class DriveToTest(CourseCase):
                 track = poses.messages[begin:]
                 self.assertAlmostEqual(allowed, max(pose.linear_velocity for pose in track), delta=SPEED_TOLERANCE)
                 self.assert_driven(track, allowed)
+
+    def test_drive_status(self):
+        """All states in their order, ten messages a second while it drives, and the goal."""
+        status = self.status()
+        self.drive_to(x=7.0, y=7.0, theta=-1.0, use_heading=True)
+        until(lambda: status.messages[-1].state == DriveStatus.ARRIVED, 'the last message')
+        messages = list(status.messages)
+        states = [message.state for message in messages]
+        self.assertEqual(sorted(states), states, 'a state came back')
+        self.assertEqual({DriveStatus.TURNING, DriveStatus.DRIVING, DriveStatus.ALIGNING, DriveStatus.SETTLING,
+                          DriveStatus.ARRIVED}, set(states))
+        self.assertEqual({(7.0, 7.0, -1.0, True, '')}, {
+            (message.goal_x, message.goal_y, message.goal_theta, message.use_heading, message.reason)
+            for message in messages})
+        left = [message.distance_left for message in messages]
+        self.assertAlmostEqual((7.0 - MIDDLE) * math.sqrt(2.0), left[0], delta=FLOAT32_TOLERANCE)
+        self.assertTrue(all(b < a + OVERSHOOT for a, b in zip(left, left[1:])), left)
+        self.assertLess(max(left[-1], abs(messages[-1].heading_error_left)), DEFAULT_TOLERANCE)
+        self.assertAlmostEqual(math.pi / 4.0, messages[0].heading_error_left, delta=FLOAT32_TOLERANCE)
+        times = [message.header.stamp.to_sec() for message in messages if message.state == DriveStatus.DRIVING]
+        self.assertGreater(statistics.median(b - a for a, b in zip(times, times[1:])), STATUS_PERIOD)
+
+    def test_drive_status_of_a_takeover(self):
+        """PREEMPTED with its reason and its goal, then ARRIVED at the newer goal."""
+        status, poses = self.status(), self.poses()
+        older = BackgroundCall('/turtle1/drive_to', DriveTo, 10.0, MIDDLE, 0.0, False, 0.0, 0.0)
+        poses.next(lambda pose: pose.x > MIDDLE + 0.3, 'the turtle driving')
+        self.drive_to(x=6.0, y=6.0)
+        self.assertFalse(older.ended().arrived)
+
+        def ends():
+            return [(message.state, message.goal_x, message.reason) for message in status.messages
+                    if message.state in (DriveStatus.ARRIVED, DriveStatus.FAILED, DriveStatus.PREEMPTED)]
+        until(lambda: len(ends()) == 2, lambda: f'two ends, not {ends()}')
+        self.assertEqual([(DriveStatus.PREEMPTED, 10.0, 'preempted: a newer goal took over'),
+                          (DriveStatus.ARRIVED, 6.0, '')], ends())
 
     def test_drive_to_refuses(self):
         """Nonsense is answered with a reason, and the turtle has not moved."""

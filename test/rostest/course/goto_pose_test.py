@@ -8,7 +8,7 @@ import rosservice
 from rosgraph_msgs.msg import Log
 from turtlesim.srv import TeleportAbsolute
 
-from rostest_support.common import DEADLINE, MIDDLE, NodeLog, one_in, proxy, release, run, until
+from rostest_support.common import DEADLINE, MIDDLE, NodeLog, nightly, one_in, proxy, run, until
 from rostest_support.course import BackgroundCall, CourseCase, stands
 
 SERVICE = '/turtle1/gotoPose'
@@ -57,9 +57,9 @@ class GotoPoseTest(CourseCase):
 
     def test_goto_pose_log(self):
         """~mode log: only a line, as in the course's first server."""
-        log = NodeLog('/goto_pose_server')
+        log = NodeLog('/log/goto_pose_server')
         before = self.pose()
-        self.assertEqual('\n', self.rosservice_call('1.5', '2.5', '3.14'))
+        proxy('/log/turtle1/gotoPose', TeleportAbsolute)(1.5, 2.5, 3.14)
         log.wait(Log.INFO, r'Service => x: 1\.5 y: 2\.5 theta: 3\.14')
         self.assertEqual(before, self.pose())
 
@@ -99,7 +99,7 @@ class GotoPoseTest(CourseCase):
         self.assert_at(self.pose(), 4.0, 3.0, 1.0)
         self.assertLess(max(pose.x for pose in poses.messages), 10.0)
 
-    @release
+    @nightly
     def test_goto_pose_many_goals_at_once(self):
         """Of twenty goals at once each is reached or fails as preempted, and the turtle stands at one that was reached.
 

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, one_in, release, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, nightly, one_in, run, until
 from rostest_support.course import CourseCase, stands
 
 ARRIVED = 0.05  # [m] between the turtle that follows and the one that it follows
@@ -39,10 +39,6 @@ WRONG_LESSONS = (  # package, program, part of its error
     ('rospy_tutorials', 'param_talker.py', "'/global_example' is not set. Type: roslaunch rospy_tutorials"),
     ('rospy_tutorials', 'add_two_ints_client', '3', 'Type: rosrun rospy_tutorials add_two_ints_client 3 4'),
     ('rospy_tutorials', 'add_two_ints_client', '3', '4.5', 'Two whole numbers are needed, or none'))
-WRONG = (  # package, program, arguments, part of its error
-    ('depthimage_to_laserscan', 'depthimage_to_laserscan', '_range_min:=5', '_range_max:=1',
-     'range_min is 5; it must be below range_max, which is 1 m'),
-    ('robotont_driver', 'fake_driver_node', "_odom_frame:=''", "odom_frame is ''; it must be a text that is not empty"))
 Status = actionlib.GoalStatus
 
 
@@ -176,14 +172,13 @@ class TutorialsTest(CourseCase):
                     and abs(math.remainder(2.0 * math.atan2(turn.z, turn.w) - yaw, math.tau)) < 1e-3)
         until(found, f'{child} where it should be in {frame}')
 
-    @release
+    @nightly
     def test_wrong_parameters_are_named(self):
         """Each of these nodes ends, and names the allowed values, or the line to type."""
-        started = [(self.program(package, name, f'__name:=wrong{number}', *arguments), said,
-                    1 if (package, name, *arguments, said) in WRONG_LESSONS else 2)
-                   for number, (package, name, *arguments, said) in enumerate((*WRONG, *WRONG_LESSONS))]
-        for process, said, code in started:
-            output = self.ended(process, code=code)
+        started = [(self.program(package, name, f'__name:=wrong{number}', *arguments), said)
+                   for number, (package, name, *arguments, said) in enumerate(WRONG_LESSONS)]
+        for process, said in started:
+            output = self.ended(process, code=1)
             self.assertIn(said, output)
             self.assertNotIn('Traceback', output)
 
@@ -216,7 +211,7 @@ class TutorialsTest(CourseCase):
         corners = [(MIDDLE + SIDE, MIDDLE), (MIDDLE + SIDE / 2.0, MIDDLE + 0.45), (MIDDLE, MIDDLE)]
         self.assert_passes(poses.messages, corners)
 
-    @release
+    @nightly
     def test_goals_that_are_cancelled_replaced_or_impossible(self):
         """The turtle stops when its goal is cancelled."""
         self.program('turtle_actionlib', 'shape_server')
@@ -237,7 +232,7 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.PREEMPTED)
         self.ended_as(other, Status.SUCCEEDED)
 
-    @release
+    @nightly
     def test_turtle_of_a_server_that_is_ended_stops(self):
         server = self.program('turtle_actionlib', 'shape_server')
         client, commands = self.client('turtle_shape', ShapeAction), self.commands()
@@ -315,7 +310,7 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.SUCCEEDED)
         self.assertEqual((0, 1, 1), client.get_result().sequence)
 
-    @release
+    @nightly
     def test_averaging(self):
         """One number more than the goal says; a mean below 5 aborts."""
         self.program('actionlib_tutorials', 'averaging_server')
@@ -369,7 +364,7 @@ class TutorialsTest(CourseCase):
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
 
-    @release
+    @nightly
     def test_keyboard_drives(self):
         """Keys from a program: a velocity each, and zeros when it has gone; a wrong parameter is named."""
         wrong = self.program('teleop_twist_keyboard', 'teleop_twist_keyboard.py', '_speed:=fast')
