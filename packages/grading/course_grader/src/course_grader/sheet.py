@@ -6,7 +6,8 @@ from typing import Iterable, Mapping
 from course_grader.rules.exercise import Exercise
 from plain_support.course import Step, exercises_of
 
-WIDTH = 118  # characters of a line
+WIDTH = 118  # characters of a line of Markdown
+TERMINAL_WIDTH = 80
 HEAD = '''\
 # Exercise sheet
 
@@ -23,6 +24,12 @@ program that only fits one run fails. `docs/grading.md` says more.
 def markdown(steps: Iterable[Step], loaded: Mapping[Path, Exercise]) -> str:
     """Return the sheet; ``loaded``: {file: exercise}; the sheet shows these."""
     return HEAD + ''.join(_section(step, loaded) for step in steps)
+
+
+def of_student(student: str, tasks: Iterable[Exercise]) -> str:
+    """Return the tasks of a student as text."""
+    return '\n\n'.join([student, *('\n'.join([f'{task.name}: {task.title}', *textwrap.wrap(task.asks, TERMINAL_WIDTH)])
+                                   for task in tasks)])
 
 
 def _section(step: Step, loaded: Mapping[Path, Exercise]) -> str:

@@ -2,7 +2,6 @@
 import concurrent.futures
 import csv
 import os
-import pathlib
 import signal
 import subprocess
 import sys
@@ -11,7 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from course_grader.classes import class_grader, grade_all, graded, submissions
+from course_grader import cli
+from course_grader.classes import class_grader, graded, submissions
 from course_grader.isolation import levels
 from rostest_support.waiting import until
 
@@ -53,12 +53,14 @@ def a_class(tmp_path, programs):
 
 
 def command(tmp_path, *arguments):
-    """Return a command that runs grade_all in a process of its own, as ./run grade does."""
+    """Return a command that runs ./run grade --all in a process of its own, with one exercise."""
     (tmp_path / 'obedient_attempt.py').write_text(ATTEMPT)
     program = (f'import functools, sys; sys.path[:] = {[str(tmp_path), *sys.path]!r}\n'
+               'from course_grader import cli\n'
                'from course_grader.classes import grade_all\n'
+               f'cli.exercises = lambda: {{"x": {str(tmp_path / "x.yaml")!r}}}\n'
                'grade_all.Supervisor = functools.partial(grade_all.Supervisor, "obedient_attempt")\n'
-               f'sys.exit(grade_all.main({list(arguments)!r}, {{"x": {str(tmp_path / "x.yaml")!r}}}))')
+               f'sys.exit(cli.main({["--all", *arguments]!r}))')
     return [sys.executable, '-c', program]
 
 
@@ -163,7 +165,7 @@ def test_what_was_graded_just_before_ctrl_c_counts(monkeypatch):
 ODD = 'index.html', 'pages', 'esc\x1b[2J', 'x' * 255, '=1+1'  # names of students
 
 
-def test_everything_that_was_handed_in_is_in_every_report(tmp_path):
+def test_everything_that_was_handed_in_is_in_every_report(tmp_path, capsys):
     folder = a_class(tmp_path, {**dict.fromkeys(ODD, PASS), 'anna': f'{PASS}._replace(remarks=("a note",))'})
     (folder / 'anna' / 'old.zip').write_text('PK')
     (folder / 'loose.py').write_text('')
@@ -183,11 +185,8 @@ def test_everything_that_was_handed_in_is_in_every_report(tmp_path):
     assert all(f'<li>{text}</li>' in (out / 'index.html').read_text() for text in left_out)
     assert '<li>old.zip: it is an archive: unpack it</li>' in (out / 'pages' / 'anna.html').read_text()
     assert 'Note: a note' in (out / 'pages' / 'anna.html').read_text() and len(list((out / 'pages').iterdir())) == 7
-    merged = subprocess.run([sys.executable, '-c', f'import sys; sys.path[:] = {sys.path!r}\n'
-                             'from course_grader.classes import grade_merge\n'
-                             f'sys.exit(grade_merge.main([{str(out)!r}, "--output", {str(tmp_path / "all")!r}]))'],
-                            stdout=subprocess.PIPE, timeout=60, check=False)
-    assert merged.returncode == 0 and 'anna/old.zip: it is an archive' in merged.stdout.decode()
+    assert cli.main(['--merge', str(out), '--output', str(tmp_path / 'all')]) == 0
+    assert 'anna/old.zip: it is an archive' in capsys.readouterr().out
 
 
 def test_a_zip_of_a_platform_is_graded_as_it_comes(tmp_path):
@@ -216,7 +215,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['x.yaml'], 'x.yaml is neither a folder nor a ZIP; to grade one program, type: ./run grade EXERCISE -- x.yaml'),
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
     (['broken.zip'], 'broken.zip cannot be read as a ZIP: File is not a zip file; download it again, or name the'),
-    (['class', '--jobs', '0'], '--jobs is 0; it must be 1 or more'),
+    (['class', '--jobs', '0'], '--jobs: it is 0; it must be a whole number, 1 or more'),
     (['class', '--shard', '3/2'], "'3/2' is not a part; write I/N, from 1/N to N/N, such as 1/4"),
     (['class', '--only', 'bob'], '--only bob: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such as '
      'anna or anna/x'),
@@ -363,8 +362,3 @@ def test_the_best_of_several_attempts_counts(tmp_path):
     run(tmp_path, str(folder), '--output', 'out', '--best')
     assert 'anna,100,100.0' in (tmp_path / 'out' / 'scores.csv').read_text()
     assert (tmp_path / 'out' / 'grades.csv').read_text().count('anna,x,') == 3
-
-
-def test_help_is_that_of_the_command():
-    assert '--exercise NAME' in grade_all.parser().format_help()
-    assert str(pathlib.Path('output') / 'grades') in grade_all.parser().format_help()

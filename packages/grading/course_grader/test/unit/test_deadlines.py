@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from course_grader.classes import class_results, deadlines, grade_all, grade_merge
+from course_grader import cli
+from course_grader.classes import class_results, deadlines, grade_all
 from course_grader.classes.class_table import Class
 from course_grader.classes.deadlines import Deadline
 from course_grader.classes.marks import Mark, MarksError
@@ -111,7 +112,7 @@ def test_the_dates_of_files_count_only_where_the_teacher_says_so(tmp_path):
     program.write_text('')
     os.utime(program, (DUE + 60.0, DUE + 60.0))
     for options, expected in (([], ''), (['--file-dates'], '2026-11-20 18:01')):
-        parsed = grade_all.parser().parse_args([str(tmp_path), '--output', str(tmp_path / 'out'), *options])
+        parsed = cli.parse(['--all', str(tmp_path), '--output', str(tmp_path / 'out'), *options])
         assert grade_all._class(parsed, EXERCISES).submissions[0].handed_in == expected
 
 
@@ -126,9 +127,9 @@ def moodle_class(tmp_path, worksheet, names=('Anna Berg_11', 'Ben Carl_12')):
         folder.mkdir(parents=True)
         (folder / 'stop_at_x.py').write_text('')
     (tmp_path / 'worksheet.csv').write_text(worksheet)
-    return grade_all._class(grade_all.parser().parse_args([
-        str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--worksheet', str(tmp_path / 'worksheet.csv')]),
-        EXERCISES)
+    options = cli.parse(['--all', str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--worksheet',
+                         str(tmp_path / 'worksheet.csv')])
+    return grade_all._class(options, EXERCISES)
 
 
 @pytest.mark.parametrize('text, expected', [
@@ -159,5 +160,5 @@ def test_a_worksheet_needs_a_download_of_moodle(tmp_path):
 def test_dates_survive_a_merge(tmp_path, capsys):
     shown(tmp_path, '2026-11-20 18:00', [graded('2026-11-21 17:00')])
     assert json.loads((tmp_path / 'class.json').read_text())['submissions'] == [['anna', 'x', '', '2026-11-21 17:00']]
-    grade_merge.main([str(tmp_path), '--output', str(tmp_path / 'all')])
+    cli.main(['--merge', str(tmp_path), '--output', str(tmp_path / 'all')])
     assert json.loads((tmp_path / 'all' / 'class.json').read_text())['submissions'][0][3] == '2026-11-21 17:00'

@@ -8,8 +8,9 @@ import sys
 import pytest
 import yaml
 
-from course_grader import cli, live_report
+from course_grader import cli
 from course_grader.attempt import attempt
+from course_grader.classes import live
 from course_grader.formats import exit_codes
 from course_grader.rules import exercise, registry
 from course_grader.supervision import supervisor
@@ -74,6 +75,10 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
     (['typo.yaml', '--', 'stop.py'], 'typo: stimulus 1 (call): type: there is no service type turtlesim/Teleport here'),
     (['--all', '.', '--output', 'out'], 'typo: stimulus 1 (call): type: there is no service type'),
     (['stop_at_x', '--seed', 'x', '--', 'a.py'], "--seed: invalid int value: 'x'"),
+    (['none', '--all', '--fast'], './run grade --all: error: unrecognized arguments: --fast'),
+    (['--list', 'yaml'], "./run grade --list: error: argument format: invalid choice: 'yaml'"),
+    (['--new'], './run grade --new: error: the following arguments are required: FILE'),
+    (['--sheet', 'Anna'], './run grade --sheet: error: the exercises are missing, such as: ./run grade --sheet'),
 ])
 def test_wrong_usage_is_explained(tmp_path, monkeypatch, capsys, arguments, said):
     monkeypatch.chdir(tmp_path)
@@ -107,9 +112,7 @@ def test_the_services_of_an_exercise_are_checked(tmp_path, name, said):
 
 def test_a_new_exercise_can_be_graded_as_it_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as end:
-        cli.main(['--new', 'mine.yaml'])
-    assert end.value.code == 0 and 'Wrote mine.yaml. Edit it' in capsys.readouterr().out
+    assert cli.main(['--new', 'mine.yaml']) == 0 and 'Wrote mine.yaml. Edit it' in capsys.readouterr().out
     made = cli.load('mine.yaml')
     assert made.name == 'mine' and made.asks and made.rules
     text = (tmp_path / 'mine.yaml').read_text()
@@ -119,9 +122,7 @@ def test_a_new_exercise_can_be_graded_as_it_is(tmp_path, monkeypatch, capsys):
 
 
 def test_checks_are_listed_with_their_parameters(capsys):
-    with pytest.raises(SystemExit) as end:
-        cli.main(['--checks'])
-    assert end.value.code == 0
+    assert cli.main(['--checks']) == 0
     printed = capsys.readouterr().out
     words = set(re.findall(r'^ *(\w+)', printed, re.MULTILINE))
     assert {*registry.RULES, *exercise.STIMULI, *exercise.KEYS}.issubset(words)
@@ -245,12 +246,38 @@ def test_threads_of_calls_that_have_ended_flood_a_simulator_too(used, flooded):
 @pytest.mark.parametrize('arguments, variable, address', [
     ([], None, None), (['--report', 'http://a/b'], None, 'http://a/b'), ([], 'http://a/c', 'http://a/c')])
 def test_nothing_is_reported_unless_the_student_asks_for_it(monkeypatch, arguments, variable, address):
-    monkeypatch.delenv(live_report.VARIABLE, raising=False)
+    monkeypatch.delenv(live.VARIABLE, raising=False)
     if variable:
-        monkeypatch.setenv(live_report.VARIABLE, variable)
-    assert cli._parse(['stop_at_x', *arguments, '--', 'a.py'])[0].report == address
+        monkeypatch.setenv(live.VARIABLE, variable)
+    assert cli.parse(['stop_at_x', *arguments, '--', 'a.py']).report == address
 
 
 def test_a_wrong_address_is_refused_before_the_grading(capsys):
     assert cli.main(['stop_at_x', '--report', '192.168.1.5:8130', '--', 'true']) == 2
     assert "the address to report to is '192.168.1.5:8130'; copy it whole" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('typed, name, rest', [
+    ([], cli.GRADE, []), (['x', '--seed', '3'], cli.GRADE, ['x', '--seed', '3']), (['--all', 'f'], '--all', ['f']),
+    (['f', '--best', '--all'], '--all', ['f', '--best']), (['--new=x.yaml'], '--new', ['x.yaml'])])
+def test_a_command_may_stand_anywhere(typed, name, rest):
+    assert cli._command(typed) == (name, rest)
+
+
+def test_exercises_are_listed_that_need_no_more_options(capsys):
+    assert cli.main(['--list']) == cli.main(['--list', 'json']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    listed = json.loads(lines[-1])
+    assert [line.split(None, 1) for line in lines[:-1]] == [[one['name'], one['title']] for one in listed]
+    assert len(listed) > 20 and all(one['asks'] for one in listed)
+
+
+@pytest.mark.parametrize('command, words', [
+    ([], ['EXERCISE [--seed N]', '--all FOLDER ...', 'Exit code: 0 passed', '--isolation', 'robot_square']),
+    (['--all'], ['./run grade --all ', '--exercise NAME', 'output/grades', '--dask']),
+    (['--merge'], ['./run grade --merge ', '--weights']), (['--live'], ['./run grade --live ', '--port'])])
+def test_help_is_that_of_the_command(capsys, command, words):
+    with pytest.raises(SystemExit) as end:
+        cli.main([*command, '--help'])
+    said = capsys.readouterr().out
+    assert end.value.code == 0 and [word for word in words if word not in said] == []

@@ -13,7 +13,6 @@ import threading
 import pytest
 import tornado.netutil
 
-from course_grader import live_report
 from course_grader.classes import live
 from course_grader.classes.live import MAX_REPORTS, MAX_STUDENTS, Board
 from course_grader.rules.scoring import Reason, Verdict
@@ -80,7 +79,7 @@ def fixture_served():
 def test_the_last_grading_of_each_student_is_on_the_page(served):
     assert 'Nobody has reported yet' in served.page()
     for student, decided in (('anna', FAILED), ('anna', PASSED), ('ben', FAILED)):
-        assert live_report.send(served.address(), student, 'stop_at_x', decided) == ''
+        live.report(served.address(), student, 'stop_at_x', decided)
     text = served.page()
     assert '>100 (2.)</td>' in text and '>40</td>' in text and '1 passed' in text
     assert 'a secret' not in text and 'these are no grades' in text
@@ -151,30 +150,31 @@ def test_bodies_and_headers_that_are_too_large_are_not_read(served):
             assert served.ask('POST', f'/{CODE}', body, headers)[0] in (400, 413, 431)
         except (ConnectionError, http.client.HTTPException):
             pass  # it was closed while the rest was still sent
-    assert live_report.send(served.address(), 'anna', 'stop_at_x', PASSED) == ''
+    live.report(served.address(), 'anna', 'stop_at_x', PASSED)
 
 
 def test_connections_that_send_nothing_hold_up_nobody(served):
     idle = [socket.create_connection(('127.0.0.1', served.port), TIMEOUT) for _ in range(100)]
     for one in idle[:50]:
         one.sendall(f'POST /{CODE} HTTP/1.1\r\nContent-Length: 100\r\n\r\n{{'.encode())
-    assert live_report.send(served.address(), 'anna', 'stop_at_x', PASSED) == ''
+    live.report(served.address(), 'anna', 'stop_at_x', PASSED)
     for one in idle:
         one.close()
 
 
 def test_a_report_that_does_not_arrive_says_why(served):
-    assert live_report.send(served.address('abcdefghij'), 'anna', 'x', PASSED) == (
-        'its code is wrong: copy the address again')
+    with pytest.raises(live.ReportError, match='^its code is wrong: copy the address again$'):
+        live.report(served.address('abcdefghij'), 'anna', 'x', PASSED)
     with socket.socket() as closed:
         closed.bind(('127.0.0.1', 0))
         address = f'http://127.0.0.1:{closed.getsockname()[1]}/x'
-    assert 'refused' in live_report.send(address, 'anna', 'x', PASSED)
-    assert live_report.send('http://[/', 'anna', 'x', PASSED)
+    for wrong, said in ((address, 'refused'), ('http://[/', '.')):
+        with pytest.raises(live.ReportError, match=said):
+            live.report(wrong, 'anna', 'x', PASSED)
 
 
 def test_the_command_prints_both_addresses_and_ends_by_ctrl_c():
-    run = 'import sys; from course_grader.classes import live; sys.exit(live.main(sys.argv[1:]))'
+    run = 'import sys; from course_grader import cli; sys.exit(cli.main(["--live", *sys.argv[1:]]))'
     command = [sys.executable, '-c', run, '--port', '0', '--address', '127.0.0.1']
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True,
                                env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path), 'PYTHONUNBUFFERED': '1'})
@@ -182,10 +182,10 @@ def test_the_command_prints_both_addresses_and_ends_by_ctrl_c():
         said = ''.join(process.stdout.readline() for _ in range(4))
         page = re.search(r'http://127\.0\.0\.1:(\d+)(/view/\S+)', said)
         report = re.search(r'export TURTLE_ROBOTONT_REPORT=(\S+)', said)[1]
-        assert live_report.send(report, '', 'stop_at_x', PASSED) == ''
+        live.report(report, '', 'stop_at_x', PASSED)
         connection = http.client.HTTPConnection('127.0.0.1', int(page[1]), TIMEOUT)
         connection.request('GET', page[2])
-        assert f'<th scope="row">{live_report.user()}</th>' in connection.getresponse().read().decode()
+        assert f'<th scope="row">{live.user()}</th>' in connection.getresponse().read().decode()
         process.send_signal(signal.SIGINT)
         assert process.wait(TIMEOUT) == 0
     finally:

@@ -101,7 +101,7 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
         (tmp_path / 'class' / student / 'x.py').write_text(PROGRAM.format(folder=str(tmp_path)))
         (tmp_path / 'class' / student / 'helper.txt').write_text(f'beside {student}')
     (tmp_path / 'class' / 'x.yaml').write_text(EXERCISE)
-    program = 'import sys; from course_grader.classes import grade_all; sys.exit(grade_all.main(sys.argv[1:], {}))'
+    program = 'import sys; from course_grader import cli; sys.exit(cli.main(["--all", *sys.argv[1:]]))'
     command = [sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path / 'out'), '--dask',
                address, '--dask-key', key, '--seed', '9']
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -135,8 +135,8 @@ def test_it_says_what_is_wrong_with_a_cluster(tmp_path, address, options, said):
     (tmp_path / 'class' / 'anna').mkdir(parents=True)
     (tmp_path / 'class' / 'anna' / 'x.py').write_text('')
     (tmp_path / 'class' / 'x.yaml').write_text(EXERCISE)
-    program = ('import sys; from course_grader.classes import grade_all, remote; remote.SCHEDULER_TIMEOUT = 0.5; '
-               'sys.exit(grade_all.main(sys.argv[1:], {}))')
+    program = ('import sys; from course_grader import cli; from course_grader.classes import remote; '
+               'remote.SCHEDULER_TIMEOUT = 0.5; sys.exit(cli.main(["--all", *sys.argv[1:]]))')
     done = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path), '--dask',
                            address.format(free_port()), *options], capture_output=True, text=True,
                           timeout=SCHEDULER_TIMEOUT, check=False,

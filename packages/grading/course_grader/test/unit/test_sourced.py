@@ -4,7 +4,7 @@ import pathlib
 
 import pytest
 
-from course_grader import cli, usage
+from course_grader import usage
 from course_grader.isolation import sourced
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
@@ -27,7 +27,7 @@ def workspace(tmp_path, monkeypatch):
 
 
 def test_the_students_packages_are_found_with_what_was_made_of_them(workspace):
-    found = cli._sourced(os.environ)
+    found = usage.sourced_packages(os.environ)
     mine = dict(found.packages)
     assert mine['topic_demo'] == f'{workspace}/src/topic_demo' and 'shapes_msgs' in mine
     assert not {'turtlesim', 'turtle_robotont', 'rospy'} & set(mine)
@@ -43,7 +43,7 @@ def test_the_students_packages_are_found_with_what_was_made_of_them(workspace):
 ])
 def test_only_a_command_of_theirs_sees_them(workspace, command, concern):
     (workspace / 'elsewhere.py').write_text('')
-    assert cli._sourced(os.environ).concern([part.format(workspace) for part in command]) is concern
+    assert usage.sourced_packages(os.environ).concern([part.format(workspace) for part in command]) is concern
 
 
 def test_they_come_first_in_the_environment():
@@ -59,14 +59,12 @@ def test_they_come_first_in_the_environment():
     (['roslaunch', 'zzzz', 'a.launch'], '\n  source ~/ros_ws/devel/setup.bash\n  ./run grade x -- roslaunch zzzz'),
 ])
 def test_a_package_that_is_not_sourced_is_wrong_usage(workspace, command, said):
-    options, _ = cli._parse(['x', '--', *command])
     with pytest.raises(usage.UsageError) as error:
-        cli._check_package(['x'], options)
+        usage.check_package(['x'], command)
     assert said in str(error.value)
 
 
 @pytest.mark.parametrize('command', [['rosrun', 'topic_demo', 'no.py'], ['rosrun', 'turtlesim', 'mimic'],
                                      ['true', 'zz'], ['rosrun', 'rostopic', 'rostopic'], ['rosrun']])
 def test_what_rosrun_finds_is_left_to_it(workspace, command):
-    options, _ = cli._parse(['x', '--', *command])
-    cli._check_package(['x'], options)
+    usage.check_package(['x'], command)

@@ -100,7 +100,7 @@ def test_a_class_of_everybody_called_me_is_refused(tmp_path, capsys):
     (tmp_path / 'me').mkdir()
     (tmp_path / 'stop.yaml').write_text(TEXT)
     (tmp_path / 'me' / 'stop.py').write_text('')
-    assert grade_all.main([str(tmp_path), '--output', str(tmp_path / 'out')], {}, exercise.load) == 2
+    assert cli.main(['--all', str(tmp_path), '--output', str(tmp_path / 'out')]) == 2
     assert 'differ from student to student, and the folder me has no name of one' in capsys.readouterr().err
 
 
@@ -111,6 +111,6 @@ def test_in_a_class_each_submission_has_its_own(tmp_path, monkeypatch):
         (tmp_path / student / 'stop.py').write_text('')
     works = []
     monkeypatch.setattr(grade_all, '_grade', lambda options, left: (works.extend(left), ([], False))[1])
-    grade_all.main([str(tmp_path), '--output', str(tmp_path / 'out')], {}, exercise.load)
+    cli.main(['--all', str(tmp_path), '--output', str(tmp_path / 'out')])
     assert [work.exercise for work in works] == [of('Anna Berg'), of('Ben Li')]
     assert [work.repeat[3:5] for work in works] == [('--student', 'Anna Berg'), ('--student', 'Ben Li')]

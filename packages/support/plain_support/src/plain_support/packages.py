@@ -6,5 +6,5 @@ import pathlib
 @functools.lru_cache(maxsize=None)
 def folder(name: str) -> pathlib.Path:
     """Return the folder of a package. Raise rospkg.ResourceNotFound."""
-    import rospkg  # type: ignore[import-untyped]  # pip installs this package without it
+    import rospkg  # pip installs this package without it
     return pathlib.Path(rospkg.RosPack().get_path(name))

@@ -16,6 +16,7 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
+from course_grader import usage
 from course_grader.classes import class_grader, class_results, downloads, graded, remote, similarity, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
@@ -50,30 +51,35 @@ class Found(NamedTuple):
     origin: Origin = Origin()
 
 
-def parser() -> argparse.ArgumentParser:
-    made = argparse.ArgumentParser(prog='./run grade --all', description=(__doc__ or '').split('\n\n')[0])
-    made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student, or a ZIP that Moodle, '
-                      'Canvas or Gradescope gives to download; see docs/grading.md')
-    made.add_argument('--exercise', metavar='NAME',
-                      help='FOLDER holds one program per student; grade all of them for this exercise')
-    made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
-                      help='number of parallel gradings (default: one per CPU core, here %(default)s)')
-    made.add_argument('--seed', type=int, metavar='N', help='repeats the starts and the stimuli of an earlier grading')
-    made.add_argument('--limit', type=float, metavar='SECONDS', help='longest wall-clock time of one grading '
-                      f'(default: the time of the exercise + {EXTRA:g} s)')
-    made.add_argument('--file-dates', action='store_true', help='for deadlines, take the dates of the files where '
-                      'nothing else says when they were handed in; students can change these dates')
-    made.add_argument('--worksheet', metavar='FILE', help="the grading worksheet of Moodle's assignment, a CSV in "
-                      'English, which says when each student has handed in')
-    made.add_argument('--again', action='store_true', help='grade also what is graded and has not changed')
-    made.add_argument('--only', metavar='PATTERN', action='append', help='grade only the submissions of these: '
-                      "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
-    made.add_argument('--shard', metavar='I/N', type=_shard, help='grade only each N-th submission, from the I-th on; '
-                      './run grade --merge makes one result of all N')
-    isolate.add_options(made)
-    remote.add_options(made)
-    class_results.add_options(made)
-    return made
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student, or a ZIP that '
+                        'Moodle, Canvas or Gradescope gives to download; see docs/grading.md')
+    parser.add_argument('--exercise', metavar='NAME',
+                        help='FOLDER holds one program per student; grade all of them for this exercise')
+    parser.add_argument('--jobs', type=_jobs, default=os.cpu_count() or 1, metavar='N',
+                        help='number of parallel gradings (default: one per CPU core, here %(default)s)')
+    parser.add_argument('--seed', type=int, metavar='N',
+                        help='repeats the starts and the stimuli of an earlier grading')
+    parser.add_argument('--limit', type=usage.seconds, metavar='SECONDS', help='longest wall-clock time of one grading '
+                        f'(default: the time of the exercise + {EXTRA:g} s)')
+    parser.add_argument('--file-dates', action='store_true', help='for deadlines, take the dates of the files where '
+                        'nothing else says when they were handed in; students can change these dates')
+    parser.add_argument('--worksheet', metavar='FILE', help="the grading worksheet of Moodle's assignment, a CSV in "
+                        'English, which says when each student has handed in')
+    parser.add_argument('--again', action='store_true', help='grade also what is graded and has not changed')
+    parser.add_argument('--only', metavar='PATTERN', action='append', help='grade only the submissions of these: '
+                        "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
+    parser.add_argument('--shard', metavar='I/N', type=_shard, help='grade only each N-th submission, from the I-th '
+                        'on; ./run grade --merge makes one result of all N')
+    isolate.add_options(parser)
+    remote.add_options(parser)
+    class_results.add_options(parser)
+
+
+def _jobs(text: str) -> int:
+    if not (text.isdigit() and int(text)):
+        raise argparse.ArgumentTypeError(f'it is {text}; it must be a whole number, 1 or more')
+    return int(text)
 
 
 def _shard(text: str) -> Tuple[int, int]:
@@ -83,13 +89,8 @@ def _shard(text: str) -> Tuple[int, int]:
     return int(part), int(parts)
 
 
-def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exercise.load) -> int:
+def run(options: argparse.Namespace, exercises: Dict[str, str], load: Load = exercise.load) -> int:
     """Grade a class; return the exit code. ``exercises``: {name: path}; ``load(path)`` returns one."""
-    options = parser().parse_args(arguments)
-    if options.jobs < 1:
-        parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
-    if options.limit is not None and not options.limit > 0.0:
-        parser().error(f'--limit is {options.limit:g} s; it must be above 0')
     processes.make_interruptible()
     try:
         return _run(options, exercises, load)

@@ -6,7 +6,7 @@ gradings of one submission the newer one counts, with --best the better one.
 import argparse
 import os
 import shutil
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Tuple
 
 from course_grader.classes import class_results, graded
 from course_grader.classes.class_results import ClassError
@@ -20,16 +20,13 @@ from course_grader.rules import scoring
 from course_grader.supervision.supervisor import RESULTS
 
 
-def parser() -> argparse.ArgumentParser:
-    made = argparse.ArgumentParser(prog='./run grade --merge', description=(__doc__ or '').split('\n\n', 1)[1])
-    made.add_argument('parts', metavar='DIR', nargs='+', help='an output folder of ./run grade --all')
-    class_results.add_options(made)
-    return made
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument('parts', metavar='DIR', nargs='+', help='an output folder of ./run grade --all')
+    class_results.add_options(parser)
 
 
-def main(arguments: Sequence[str]) -> int:
+def run(options: argparse.Namespace) -> int:
     """Merge; return the exit code, which is that of a class."""
-    options = parser().parse_args(arguments)
     try:
         return _run(options)
     except (ClassError, MarksError, OSError) as error:

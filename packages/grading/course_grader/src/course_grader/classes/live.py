@@ -1,12 +1,13 @@
 """./run grade --live: a page for the teacher of a lab class, on which the gradings of the students appear. Without ROS.
 
 Only who asks for it takes part: a student's ./run grade reports if the address that this program prints is given to it
-(live_report.py). That address holds a code, with which one can report, but not read; the teacher's page has another.
+(report). That address holds a code, with which one can report, but not read; the teacher's page has another.
 What comes is what a stranger says: it is small, limited in number and rate, and shown as text. Nothing is stored.
 """
 import argparse
 import asyncio
 import collections
+import getpass
 import hmac
 import json
 import logging
@@ -14,7 +15,9 @@ import secrets
 import socket
 import sys
 import time
-from typing import Any, Callable, Deque, Dict, List, NamedTuple, Sequence, Tuple
+import urllib.error
+import urllib.request
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 import psutil
 import tornado.httpserver
@@ -24,8 +27,11 @@ import tornado.web
 from course_grader.formats import exit_codes, harmless, templates
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
+from course_grader.rules.scoring import Verdict
 from plain_support import processes
 
+VARIABLE = 'TURTLE_ROBOTONT_REPORT'  # the address to report to, if --report does not give it
+REPORT_TIMEOUT = 3.0  # [s]
 PORT = 8130
 MAX_BODY, MAX_HEADER = 2048, 8192  # [bytes] of a report, of its headers
 LENGTHS = {'student': 60, 'exercise': 60, 'reason': 200}  # characters that are kept
@@ -181,14 +187,14 @@ def addresses() -> List[str]:
             if one.family == socket.AF_INET and not one.address.startswith('127.')]
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Show the page until Ctrl-C; return the exit code."""
-    parser = argparse.ArgumentParser(prog='./run grade --live', description='Shows the gradings of a lab class on a '
-                                     'page, while students type ./run grade --report ADDRESS. Ctrl-C ends it.')
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--port', type=int, default=PORT, help='default: %(default)s; 0: a free one')
     parser.add_argument('--address', default='0.0.0.0', help='the address to listen at (default: %(default)s, all '
                         'networks of this machine)')
-    options = parser.parse_args(arguments)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show the page until Ctrl-C; return the exit code."""
     processes.make_interruptible()
     try:
         asyncio.run(_serve(options))
@@ -215,3 +221,38 @@ async def _serve(options: argparse.Namespace) -> None:
         *(f'  export TURTLE_ROBOTONT_REPORT=http://{address}:{port}/{code}' for address in own),
         'Ctrl-C ends it; nothing is stored.']))
     await asyncio.Event().wait()
+
+
+class ReportError(ValueError):
+    """A report cannot be sent; the text says why, and what to do."""
+
+
+def check_address(address: Optional[str]) -> None:
+    """Raise ReportError unless an address can be reported to; '' or None: nobody asks for a report."""
+    if address and not address.startswith(('http://', 'https://')):
+        raise ReportError(f'the address to report to is {address!r}; copy it whole from your teacher\'s ./run grade '
+                          '--live, such as http://192.168.1.5:8130/abcdefghij')
+
+
+def report(address: str, student: Optional[str], exercise: str, verdict: Verdict) -> None:
+    """Report a grading of this user, or of ``student``; raise ReportError. It takes at most about REPORT_TIMEOUT."""
+    content = {'student': student or user(), 'exercise': exercise, 'outcome': verdict.outcome, 'score': verdict.score,
+               'reason': verdict.public().main_reason()[:LENGTHS['reason']]}
+    try:
+        request = urllib.request.Request(address, json.dumps(content).encode(), {'Content-Type': 'application/json'})
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # it is in the same room
+        opener.open(request, timeout=REPORT_TIMEOUT).close()
+    except urllib.error.HTTPError as error:
+        answer = error.read(LENGTHS['reason']).decode(errors='replace').strip()
+        raise ReportError('its code is wrong: copy the address again' if error.code == 404 else answer or str(error)
+                          ) from None
+    except (OSError, ValueError) as error:
+        raise ReportError(str(getattr(error, 'reason', error))) from None
+
+
+def user() -> str:
+    """Return the name of the user who runs this."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return 'somebody'
