@@ -36,5 +36,5 @@ endforeach()
 if(unit_folders AND TURTLE_ROBOTONT_HAS_PYTEST)
   set(results ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/pytest.xml)
   catkin_run_tests_target(pytest unit pytest.xml WORKING_DIRECTORY ${repository}
-    COMMAND "${PYTHON_EXECUTABLE} -m pytest -q -rs --kinds=unit --junitxml=${results}${unit_folders}")
+    COMMAND "${PYTHON_EXECUTABLE} -m pytest -q -rs -m unit --junitxml=${results}${unit_folders}")
 endif()

@@ -7,6 +7,7 @@ core beyond their time limits.
 """
 import argparse
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,12 +15,12 @@ from pathlib import Path
 
 from collection import kinds
 
-MAX_REPEATED = 10  # tests; if more fail, load is not the cause
 FEW_FILES = 5  # which run faster in one process
 NICE = 10
-TESTS_FAILED, NOTHING_COLLECTED = 1, 5  # exit codes of pytest
+NOTHING_COLLECTED = 5  # exit code of pytest
 INTERRUPTED = 130
-WAITING = tuple(kind for kind in kinds.TIME_LIMITS if kind not in kinds.COMPUTING)
+SLOW = re.compile(r'^pytestmark = .*pytest\.mark\.slow\b', re.MULTILINE)
+TIME_LIMIT = re.compile(r'time-limit="(\d+)"')  # [s]
 
 
 def parse(arguments):
@@ -35,38 +36,51 @@ def parse(arguments):
 
 def commands(options):
     """Return {name of a run: its command}; the last one is the run that the terminal shows."""
-    few = options.names and len(files(options.names)) <= FEW_FILES
-    jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or (1 if options.all else 2) * os.cpu_count() + 1
-    if few:
-        return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
-    # slow ones by size, then the others: shares them well; without xdist, which takes 3 ms for each of 9,000 tests
-    tests = sorted((path for path in files(options.names) if kinds.kind_of(path) == 'unit'
-                    and not (options.fast and kinds.is_slow(path))),
-                   key=lambda path: (kinds.is_slow(path), path.stat().st_size))
-    count = os.cpu_count() + (not options.fast)
-    shares = [tests[number::count] for number in range(count)]
-    runs = {'checks': pytest(options, 'checks', ['check'], kinds.CASES / 'test_check.py'),
-            **{f'units_{number}': pytest(options, f'units_{number}', ['unit'], *share)
-               for number, share in enumerate(shares) if share}}
+    units, rostests = files('test_*.py', options.names), files('*.test', options.names)
+    checks, *others = sorted(kinds.CASES.glob('test_*.py'))
+    if options.fast:
+        rostests, others = [], []
+    rostests.sort(key=lambda path: -sum(map(int, TIME_LIMIT.findall(path.read_text(encoding='utf-8')))))
+    if options.names and len(units) + len(rostests) <= FEW_FILES:
+        return {'tests': pytest(options, 'tests', checks, *others, *rostests, *units)}
+    runs = {'checks': pytest(options, 'checks', checks),
+            **{f'units_{number}': pytest(options, f'units_{number}', *share)
+               for number, share in enumerate(shares(units, options.fast)) if share}}
     if options.fast:
         return runs
+    jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or (1 if options.all else 2) * os.cpu_count() + 1
     return {**{name: ['nice', '-n', str(NICE), *command] for name, command in runs.items()},
-            'waiting': pytest(options, 'waiting', WAITING, '-v', '-n', jobs, '--dist', 'worksteal')}
+            'waiting': pytest(options, 'waiting', '-v', '-n', jobs, '--maxschedchunk', 1, *others, *rostests)}
 
 
-def files(names):
-    """Return the files of tests that may hold one with a part of its name in ``names``."""
-    found = (path for pattern in ('test_*.py', '*.test') for path in kinds.REPOSITORY.rglob(pattern))
-    return [path for path in found
-            if '/.' not in str(path) and path.parent != kinds.CASES and kinds.may_hold(path, names)]
+def files(pattern, names):
+    """Return the files that match a pattern, and may hold a test with a part of its name in ``names``."""
+    found = (path for path in kinds.REPOSITORY.rglob(pattern) if '/.' not in str(path) and path.parent != kinds.CASES)
+    return [path for path in found if not names or any(may_hold(path, name) for name in names)]
 
 
-def pytest(options, name, of_kinds, *more):
+def may_hold(path, name):
+    """Return whether ``name`` is a part of the name of a file, holds it, or names a function of it."""
+    own, (file, _, function) = kinds.name_of_file(path), name.rpartition('::')
+    return (name in own or own in name
+            or file in own and f'def {function.partition("[")[0]}' in path.read_text(encoding='utf-8'))
+
+
+def shares(units, fast):
+    """Return the files of each run: slow ones by size, then the others. xdist takes 3 ms for each of 8,000 tests."""
+    slow = {path: bool(SLOW.search(path.read_text(encoding='utf-8'))) for path in units}
+    order = sorted((path for path in units if not fast or not slow[path]),
+                   key=lambda path: (slow[path], path.stat().st_size), reverse=True)
+    count = os.cpu_count() + (not fast)
+    return [order[number::count] for number in range(count)]
+
+
+def pytest(options, name, *more):
     """Return the command of a run of pytest."""
-    return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', f'--kinds={",".join(of_kinds)}',
-            f'--results={options.results}', f'--junitxml={options.results / name}.xml', *map(str, more),
-            *(['--fast'] if options.fast else []), *(['--all'] if options.all else []),
-            *(f'--select={name}' for name in options.names)]
+    return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', f'--results={options.results}',
+            f'--junitxml={options.results / name}.xml', *(['-m', 'not slow'] if options.fast else []),
+            *(['-k', ' or '.join(options.names)] if options.names else []),
+            *(['--all'] if options.all or options.names else []), *map(str, more)]
 
 
 def start(name, command, results, shown):
@@ -89,27 +103,18 @@ def main(arguments):
         signal.signal(number, signal.SIG_DFL)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    chosen = commands(options)
+    runs, codes = commands(options), {}
+    *beside, shown = runs
     options.results.mkdir(parents=True, exist_ok=True)
     try:
-        codes = {}
-        for names in turns(chosen, options):
-            codes.update(finish({name: start(name, chosen[name], options.results, name == list(chosen)[-1])
-                                 for name in names}))
-        for name in list(chosen)[:-1]:
-            if codes[name] != NOTHING_COLLECTED:
-                print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
-        if repeat(options.results):
-            codes = {name: 0 if code == TESTS_FAILED else code for name, code in codes.items()}
+        for names in [[shown], beside] if options.all else [[*beside, shown]]:
+            codes.update(finish({name: start(name, runs[name], options.results, name == shown) for name in names}))
     except KeyboardInterrupt:
         return INTERRUPTED
+    for name in beside:
+        if codes[name] != NOTHING_COLLECTED:
+            print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
     return tell(codes, options)
-
-
-def turns(chosen, options):
-    """Return the names of the runs that begin together, for each turn."""
-    *beside, shown = chosen
-    return [[shown], beside] if options.all and beside else [[*beside, shown]]
 
 
 def finish(runs):
@@ -122,18 +127,6 @@ def finish(runs):
         for process in runs.values():
             process.wait()
         raise
-
-
-def repeat(results):
-    """Run the few tests that failed beside others again, alone, and name them; return whether they pass now."""
-    file = results / 'failed'
-    failed = sorted(set(file.read_text(encoding='utf-8').splitlines())) if file.exists() else []
-    if not 0 < len(failed) <= MAX_REPEATED:
-        return False
-    print('REPEATED alone, as they failed beside others:', *failed, sep='\n  ', flush=True)
-    command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}',
-               *failed]
-    return finish({'repeated': start('repeated', command, results, shown=True)}) == {'repeated': 0}
 
 
 def tell(codes, options):

@@ -11,6 +11,8 @@ from unit_support.packages import PACKAGES
 
 numpy = pytest.importorskip('numpy')
 
+pytestmark = [pytest.mark.check, pytest.mark.timeout(600)]
+
 ROOMS = sorted({package.room for package in PACKAGES.values() if package.room})
 COMPLETE_TYPES = 2, 3  # the version of numpy; the types of earlier ones, as in Debian 13, are incomplete
 NUMPY_TYPES = 'numpy==2.4.*'
@@ -27,13 +29,13 @@ def _require(program):
         pytest.skip(f'{program} is not installed')
 
 
-@pytest.mark.parametrize('_name', ['ruff'])
+@pytest.mark.parametrize('_name', ['check/ruff'])
 def test_style(_name, run_case, cache):
     _require('ruff')
     run_case('ruff', 'check', '--output-format', 'concise', '--cache-dir', cache / 'ruff_cache', REPOSITORY)
 
 
-@pytest.mark.parametrize('room', ['.', *ROOMS], ids=lambda room: f'catkin_lint/{room}')
+@pytest.mark.parametrize('room', ['.', *ROOMS], ids=lambda room: f'check/catkin_lint/{room}')
 def test_packages(room, run_case):
     _require('catkin_lint')
     # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
@@ -43,7 +45,7 @@ def test_packages(room, run_case):
 
 
 @pytest.mark.timeout(3600)  # half a minute of processor time without a cache, which at a load of 78 took over 600 s
-@pytest.mark.parametrize('_name', ['mypy'])
+@pytest.mark.parametrize('_name', ['check/mypy'])
 def test_types(_name, run_case, cache, monkeypatch):
     _require('mypy')
     if tuple(map(int, numpy.__version__.split('.')[:2])) < COMPLETE_TYPES:

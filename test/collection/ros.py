@@ -8,11 +8,6 @@ from pathlib import Path
 
 from collection import kinds
 
-MODULES = ('actionlib', 'actionlib_msgs', 'diagnostic_msgs', 'dynamic_reconfigure', 'genmsg', 'genpy', 'geometry_msgs',
-           'message_filters', 'nav_msgs', 'rosgraph', 'rosgraph_msgs', 'roslaunch', 'roslib', 'rosmaster', 'rosnode',
-           'rospkg', 'rospy', 'rosservice', 'rostest', 'rostopic', 'rosunit', 'sensor_msgs', 'std_msgs', 'std_srvs',
-           'tf', 'tf2_msgs', 'tf2_ros', 'tf2_py', 'visualization_msgs')
-
 
 @lru_cache(maxsize=None)
 def workspace_packages():
@@ -55,11 +50,11 @@ def package_of(folder):
     return next((parent for parent in (folder, *folder.parents) if (parent / 'package.xml').is_file()), folder)
 
 
-def missing(path):
+def missing(path, needs_ros):
     """Return why the tests of a file cannot run here; an empty text if they can."""
     packages, package = workspace_packages(), package_of(path.parent)
     if not packages:
-        return '' if kinds.kind_of(path) in kinds.COMPUTING else 'no workspace with this repository is sourced'
+        return 'no workspace with this repository is sourced' if needs_ros else ''
     if package.name in packages and packages[package.name] != package and package != kinds.REPOSITORY:
         return f'the package {package.name} is used from {packages[package.name]}, so this stand-in is not tested'
     if package not in packages.values() and package != kinds.REPOSITORY:

@@ -8,7 +8,7 @@ from collection import kinds, programs, warm
 
 CHANGE = 'TURTLE_ROBOTONT_CHANGE'  # set in the environment: leave out what is nightly
 OUTCOMES = 'passed', 'failed', 'skipped'
-TIME_LIMIT = re.compile(r'time-limit="(\d+)"')  # [s]
+TIME_LIMIT = 600  # [s] of a file
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
 
 
@@ -18,7 +18,8 @@ class RostestFile(pytest.File):
     def collect(self):
         """Return the test."""
         item, text = Rostest.from_parent(self, name=self.path.stem), self.path.read_text(encoding='utf-8')
-        item.time_limit = sum(map(int, TIME_LIMIT.findall(text)))
+        item.add_marker('rostest')
+        item.add_marker(pytest.mark.timeout(TIME_LIMIT))
         if '<!-- nightly: ' in text or '<!-- release: ' in text:
             item.add_marker('nightly')
         yield item
@@ -27,11 +28,10 @@ class RostestFile(pytest.File):
 class Rostest(pytest.Item):
     """The run of a .test file.
 
-    ``methods``: {outcome: [method]}, from rostest's result files; ``processor_time`` [s]: of rostest and its nodes;
-    ``time_limit`` [s]: of all its <test> together.
+    ``processor_time`` [s] is that of rostest and its nodes. ``user_properties`` has an outcome for each method.
     """
 
-    methods, processor_time, time_limit = (), 0., 0
+    processor_time = 0.
 
     def runtest(self):
         """Run the file, and raise ProgramFailed unless it leaves results, all of them good."""
@@ -39,16 +39,14 @@ class Rostest(pytest.Item):
         code, output = programs.run(['rostest', '--results-base-dir', folder / 'xml', self.path], folder,
                                     start=warm.Rostest)
         self.processor_time = warm.processor_time(folder)
-        self.methods, problems = read_results(folder / 'xml')
-        self.add_report_section('call', 'methods', '\n'.join(
-            f'{outcome:8}{method}' for outcome, names in self.methods.items() for method in names))
-        self.user_properties += [(outcome, method) for outcome, names in self.methods.items() for method in names]
-        if code or problems or not any(self.methods.values()):
+        methods, problems = read_results(folder / 'xml')
+        self.user_properties += [(outcome, method) for outcome, names in methods.items() for method in names]
+        if code or problems or not self.user_properties:
             if not problems:
                 problems = [f'exit code {code}', programs.last_lines(output)]
             raise programs.ProgramFailed('\n'.join([*problems, f'The output: {folder}/output.txt']))
-        if not self.methods['passed']:
-            pytest.skip('; '.join(self.methods['skipped']))
+        if not methods['passed']:
+            pytest.skip('; '.join(methods['skipped']))
 
     def repr_failure(self, excinfo, style=None):
         """Return the text of a failure; tracebacks of this plugin say nothing about a rostest."""

@@ -64,73 +64,36 @@ def collected(*options):
     return [line for line in done.stdout.splitlines() if '::' in line]
 
 
-@pytest.mark.parametrize('options, names', [
-    (['--select=test_an_interrupt_ends_every_run'],
-     ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
-    (['--select=test_collection.py::test_all_runs_the_nightly_tests_too'],
-     ['test/unit/test_collection.py::test_all_runs_the_nightly_tests_too']),
-    (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-    (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
-    (['--select=lesson_square.test', '--fast'], []),
-    (['--select=page/course/03_'], ['test/cases/test_page.py::test_page[course/03_stop_at_x/README.md]']),
-    (['test/cases/test_page.py'], []),
-    (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-], ids=['function', 'of a file', 'rostest', 'check', 'rostest not fast', 'page', 'page not nightly', 'mark'])
-@pytest.mark.one_in(3)
-def test_selection(options, names):
-    assert collected(*options) == names
+@pytest.mark.parametrize('arguments, names', [
+    (['test_collection.py::test_an_interrupt'], ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
+    (['test_an_interrupt_ends_every_run'], ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
+    (['lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
+    (['ruff'], ['test/cases/test_check.py::test_style[check/ruff]']),
+    (['page/course/03_'], ['test/cases/test_page.py::test_page[page/course/03_stop_at_x/README.md]']),
+    (['--fast', 'page/course/03_'], []),
+], ids=['of a file', 'function', 'rostest', 'check', 'page', 'page not fast'])
+def test_names_select_tests(arguments, names):
+    *_, command = run_tests.commands(run_tests.parse(['--results', '/x', *arguments])).values()
+    options = command[command.index('pytest') + 1:]
+    assert collected(*(option for option in options if not option.startswith(('-q', '--res', '--junit')))) == names
 
 
-def test_all_runs_the_nightly_tests_too():
-    pages = collected('--all', 'test/cases/test_page.py')
-    assert len(pages) > 35 and pages == collected('-m', 'nightly', 'test/cases/test_page.py')
-
-
-def test_a_change_runs_some_of_the_cases():
-    file, test = 'test/unit/test_root_package.py', 'test_without_turtlesim_cmake_stops_and_says_what_to_type'
-    some, every = ([name for name in collected(*options, file) if test in name] for options in ([], ['--all']))
-    assert some == every[::2] and len(every) == 2
+def test_nightly_tests_are_left_out_unless_they_are_asked_for():
+    file = 'test/cases/test_page.py'
+    assert collected(file) == collected('-m', 'page and not nightly', file) == []
+    assert len(collected('--all', file)) > 35 and collected('--all', file) == collected('-m', 'nightly', file)
 
 
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])
-def test_the_runs_share_the_files_of_units(options):
+def test_the_runs_share_the_files(options):
     commands = run_tests.commands(run_tests.parse(['--results', '/x', *options]))
-    shared = [path for name, command in commands.items() if name != 'waiting' for path in command if '/test_' in path]
-    wanted = [str(path) for path in run_tests.files([name for name in options if name != '--fast'])
-              if path.suffix == '.py' and not ('--fast' in options and kinds.is_slow(path))]
-    assert ('waiting' in commands) == ('--fast' not in options)
-    assert sorted(shared) == sorted([*wanted, str(kinds.CASES / 'test_check.py')]) and len(wanted) > 10
-
-
-def run_of(code, *failed):
-    """Return the command of a run of pytest that adds failed tests to its results, and ends with an exit code."""
-    return [sys.executable, '-c', 'import sys; open("failed", "a").write(sys.argv[2]); sys.exit(int(sys.argv[1]))',
-            str(code), ''.join(f'{name}\n' for name in failed)]
-
-
-@pytest.mark.parametrize('waiting, computing, alone, repeated, code', [
-    ((0,), (0,), 1, [], 0),
-    ((1, 'a'), (1, 'b'), 0, ['a', 'b'], 0),
-    ((1, 'a'), (0,), 1, ['a'], 1),
-    ((1, 'a'), (3,), 0, ['a'], 1),  # pytest itself broke
-    ((1, *map(str, range(run_tests.MAX_REPEATED + 1))), (0,), 0, [], 1),
-], ids=['passed', 'load', 'fault', 'broken', 'many'])
-def test_few_failed_tests_are_repeated_alone(tmp_path, monkeypatch, capfd, waiting, computing, alone, repeated, code):
-    asked = []
-
-    def start(name, command, results, shown):
-        if name == 'repeated':
-            asked.extend(part for part in command if len(part) <= 2 and part[0] != '-')
-            command = run_of(alone)
-        return subprocess.Popen(command, cwd=results)
-    monkeypatch.setattr(run_tests, 'start', start)
-    monkeypatch.setattr(run_tests.signal, 'signal', lambda *_: None)  # not of this process
-    monkeypatch.setattr(run_tests, 'commands', lambda _: {'computing': run_of(*computing), 'waiting': run_of(*waiting)})
-    (tmp_path / 'computing.txt').touch()
-    assert run_tests.main(['--results', str(tmp_path)]) == code
-    assert asked == repeated
-    printed = capfd.readouterr().out
-    assert ('REPEATED alone' in printed) == bool(repeated) and all(f'\n  {name}\n' in printed for name in repeated)
+    shared = [path for command in commands.values() for path in command if path.endswith(('.py', '.test'))]
+    names = [name for name in options if name != '--fast']
+    wanted = [str(path) for path in run_tests.files('test_*.py', names)
+              if '--fast' not in options or not run_tests.SLOW.search(path.read_text(encoding='utf-8'))]
+    waiting = [] if '--fast' in options else run_tests.files('*.test', names)
+    cases = [kinds.CASES / 'test_check.py'] if '--fast' in options else kinds.CASES.glob('test_*.py')
+    assert sorted(shared) == sorted([*wanted, *map(str, waiting), *map(str, cases)]) and len(wanted) > 10
 
 
 def test_an_interrupt_ends_every_run():
