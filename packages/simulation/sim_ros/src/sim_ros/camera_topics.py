@@ -1,11 +1,16 @@
 """The topics of a simulated camera: images, depths, points, and what the lens is."""
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+import rospy
 from sensor_msgs.msg import CameraInfo
 
 from kinematic_core.worlds import camera
 from rospy_support.images import DEPTH, to_cloud, to_image
 
 
-def camera_info(frame, lens):
+def camera_info(frame: str, lens: camera.PinholeCamera) -> CameraInfo:
     """Return the CameraInfo of a PinholeCamera."""
     info = CameraInfo(width=lens.width, height=lens.height, distortion_model='plumb_bob', D=list(camera.DISTORTION),
                       K=lens.matrix(), R=list(camera.RECTIFICATION), P=lens.projection())
@@ -16,7 +21,8 @@ def camera_info(frame, lens):
 class CameraTopics:
     """The publishers of a camera; only what has subscribers is rendered."""
 
-    def __init__(self, info, encoding, colour, infos, depths=(), points=None):
+    def __init__(self, info: CameraInfo, encoding: str, colour: rospy.Publisher, infos: Sequence[rospy.Publisher],
+                 depths: Sequence[rospy.Publisher] = (), points: rospy.Publisher = None) -> None:
         """``info``: a CameraInfo for ``infos``; ``encoding`` of the colour image: bgr8 or rgb8; others are publishers.
 
         Several may publish the same ``depths``; ``points``: that of a PointCloud2, or None.
@@ -24,11 +30,11 @@ class CameraTopics:
         self._info, self._encoding = info, encoding
         self._colour, self._infos, self._depths, self._points = colour, infos, depths, points
 
-    def close(self):
+    def close(self) -> None:
         for publisher in filter(None, (self._colour, *self._infos, *self._depths, self._points)):
             publisher.unregister()
 
-    def publish(self, stamp, current):
+    def publish(self, stamp: rospy.Time, current: Callable[[], Any]) -> None:
         """Publish what the camera sees.
 
         ``current()`` returns (Renderer, (x, y, z, yaw) [m, rad] of the camera), or None while there is no world.
@@ -55,5 +61,5 @@ class CameraTopics:
                 self._points.publish(to_cloud(renderer.points(depth), colour, self._encoding, header))
 
 
-def _wanted(publisher):
+def _wanted(publisher: rospy.Publisher) -> bool:
     return publisher is not None and publisher.get_num_connections() > 0

@@ -2,6 +2,10 @@
 
 Threading contract: the thread of the subscription to the scan does everything.
 """
+from __future__ import annotations
+
+from typing import Callable
+
 import rospy
 from sensor_msgs.msg import LaserScan
 
@@ -11,7 +15,7 @@ from rospy_support.topics import Publisher
 NAME = 'laserscan_to_distance'
 
 
-def run(kind, convert, scan_topic, distance_topic):
+def run(kind: type, convert: Callable[[LaserScan], object], scan_topic: str, distance_topic: str) -> None:
     """Publish ``convert(scan)``, a message of the class ``kind``, for each scan."""
     nodes.init_node(NAME, anonymous=True)
     publisher = Publisher(distance_topic, kind, queue_size=1)

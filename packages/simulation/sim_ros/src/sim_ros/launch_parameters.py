@@ -3,6 +3,8 @@
 It keeps copies below ``~launched``, from which a second simulator that does not start puts back what its launch file
 has replaced (single_world).
 """
+from __future__ import annotations
+
 import rosgraph.names
 import rospy
 
@@ -13,7 +15,7 @@ from sim_ros.single_world import LAUNCHED
 NAMES = parameters.Text('~launch_parameters', '')  # separated by spaces
 
 
-def keep(*others):
+def keep(*others: str) -> None:
     """Copy the parameters of ``~launch_parameters``; when the node ends, delete those that still have their values.
 
     ``others``: names of parameters that are only copied.

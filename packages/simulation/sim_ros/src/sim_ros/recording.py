@@ -3,10 +3,13 @@
 Threading contract: ``lock`` guards the world and its recording; a thread that holds it never waits for the master or
 for images.
 """
+from __future__ import annotations
+
 import contextlib
 import os
 import re
 import threading
+from typing import Any, Callable, Iterable, Iterator, Sequence
 
 import rospy
 
@@ -23,7 +26,8 @@ NOT_OF_A_NAME = re.compile(r'[^\w/~.]')
 class RecordedWorld:
     """A world, its lock, and the recording of its steps, if there is one."""
 
-    def __init__(self, world, columns, fields, log_refusal):
+    def __init__(self, world: Any, columns: Sequence[str], fields: Callable[[Any], Iterable[object]],
+                 log_refusal: Callable[[InvalidInput], object]) -> None:
         """``world`` counts its ``steps``.
 
         ``columns`` are the columns of the recording; ``fields(result)`` returns their values after a step with that
@@ -33,10 +37,10 @@ class RecordedWorld:
         self.lock = threading.Lock()
         self._columns, self._fields = columns, fields
         self._log_refusal = log_refusal
-        self._recorder = None
+        self._recorder: Recorder | None = None
 
     @contextlib.contextmanager
-    def change(self):
+    def change(self) -> Iterator[Any]:
         """Hold the lock and yield the world; turn an InvalidInput into the failure of a service call.
 
         Call ``note`` after a change.
@@ -48,7 +52,7 @@ class RecordedWorld:
             self._log_refusal(refusal)
             raise rospy.ServiceException(str(refusal)) from None
 
-    def record_if_asked(self):
+    def record_if_asked(self) -> None:
         """Record into the file ``~record``, unless that is empty. Raise ParameterError if that is not possible.
 
         Parameters outlive nodes: one that an earlier run has set must neither overwrite that run's recording nor
@@ -69,12 +73,12 @@ class RecordedWorld:
                           'If you want no recording, type: rosparam delete %s', name, path, recorder.path, name)
         rospy.loginfo('Recording %s; its name is %s until this node ends.', recorder.path, recorder.path + ACTIVE)
 
-    def record(self, path):
+    def record(self, path: str) -> Recorder:
         """Record from the next step on; return the Recorder. Raise OSError if the file cannot be written."""
         self._recorder = Recorder(path, self._columns)
         return self._recorder
 
-    def note(self, event, *values, request=None):
+    def note(self, event: str, *values: Any, request: Any = None) -> None:
         """Record an event that takes effect now or in the next step. The caller must hold the lock.
 
         ``request`` is the message or service request that asked for it, or PARENT. The name that a caller states
@@ -84,7 +88,7 @@ class RecordedWorld:
             name = PARENT if request is PARENT else NOT_OF_A_NAME.sub('?', caller(request))
             self._recorder.note(event, *values, caller=name)
 
-    def record_step(self, result):
+    def record_step(self, result: Any) -> None:
         """Record the step just made. The caller must hold the lock. A full disk ends only the recording."""
         if self._recorder is None:
             return
@@ -94,7 +98,7 @@ class RecordedWorld:
             rospy.logerr('The recording stops here, after %d ticks: %s', self.world.steps - 1, error)
             self._recorder = None
 
-    def end_recording(self):
+    def end_recording(self) -> None:
         """Close the recording, if there is one."""
         with self.lock:
             if self._recorder is not None:

@@ -1,14 +1,24 @@
 """Convert the state of a RobotWorld to ROS messages."""
-import math
+from __future__ import annotations
 
+import math
+from types import ModuleType
+from typing import TYPE_CHECKING, Sequence
+
+import rospy
 from geometry_msgs.msg import Pose, PoseArray, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.worlds.frames import AXLE_HEIGHT
+from kinematic_core.worlds.floor_plan import Panel
+from kinematic_core.worlds.frames import AXLE_HEIGHT, Frames
 from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE
+from kinematic_core.worlds.planar import Pose2D, Twist2D
 from rospy_support.rotations import to_quaternion
+
+if TYPE_CHECKING:
+    import numpy as np  # loading it would delay the start
 
 POSE_VARIANCE = 1e-5  # [m^2] of x and y if the odometry has no errors, as in Gazebo's plugin
 YAW_VARIANCE = 1e-3  # [rad^2]
@@ -16,7 +26,8 @@ UNKNOWN = 1e12  # variance of what odometry in the plane does not measure: z, ro
 ODOMETRY_RATE, SCAN_RATE = 30.0, 40.0  # [Hz] of simulated time
 
 
-def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
+def odometry(stamp: rospy.Time, frame: str, child: str, pose: Pose2D, twist: Twist2D,
+             variances: tuple[float, float] = (0.0, 0.0)) -> Odometry:
     """Return an Odometry of a Pose2D and a Twist2D with the variances of x and y [m^2] and of yaw [rad^2]."""
     message = Odometry(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
@@ -29,20 +40,20 @@ def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
     return message
 
 
-def odometry_variances(distance, noise):
+def odometry_variances(distance: float, noise: float) -> tuple[float, float]:
     """Return the variances of position [m^2] and yaw [rad^2] after ``distance`` [m]; ``noise`` as for omni.Odometry."""
     grown = noise * noise * distance
     return POSE_VARIANCE + grown, YAW_VARIANCE + grown / WHEEL_DISTANCE ** 2
 
 
-def transforms(stamp, frames, pose, angles):
+def transforms(stamp: rospy.Time, frames: Frames, pose: Pose2D, angles: Sequence[float]) -> TFMessage:
     """Return a TFMessage of a frames.Frames: the base at a Pose2D in odom, the wheels turned by ``angles`` [rad]."""
     base = base_transform(stamp, frames.odom, frames.footprint, pose)
     return TFMessage([base, *(_wheel(stamp, frames.base, name, *wheel)
                               for name, *wheel in zip(frames.wheels, WHEEL_ANGLES, angles))])
 
 
-def base_transform(stamp, frame, child, pose):
+def base_transform(stamp: rospy.Time, frame: str, child: str, pose: Pose2D) -> TransformStamped:
     """Return the TransformStamped of the frame ``child`` at a Pose2D in ``frame``."""
     base = TransformStamped(child_frame_id=child)
     base.header.stamp, base.header.frame_id = stamp, frame
@@ -51,7 +62,7 @@ def base_transform(stamp, frame, child, pose):
     return base
 
 
-def _wheel(stamp, frame, child, place, angle):
+def _wheel(stamp: rospy.Time, frame: str, child: str, place: float, angle: float) -> TransformStamped:
     """Return the transform of a wheel at the angle ``place`` [rad] of the base; its own z axis points to the middle.
 
     The rotation is that of the URDF: by place - 90 degrees about z, by 90 degrees about the new x, by ``angle`` about
@@ -66,7 +77,7 @@ def _wheel(stamp, frame, child, place, angle):
     return message
 
 
-def panel_poses(stamp, panels):
+def panel_poses(stamp: rospy.Time, panels: Sequence[Panel]) -> PoseArray:
     """Return a PoseArray of floor_plan.Panels: the middles of their faces, in the frame of the world."""
     message = PoseArray(poses=[Pose(orientation=to_quaternion(0.0, 0.0, panel.yaw)) for panel in panels])
     for pose, panel in zip(message.poses, panels):
@@ -75,14 +86,15 @@ def panel_poses(stamp, panels):
     return message
 
 
-def joint_states(stamp, names, angles, speeds):
+def joint_states(stamp: rospy.Time, names: Sequence[str], angles: Sequence[float],
+                 speeds: Sequence[float]) -> JointState:
     """Return a JointState of wheels, angles [rad] and speeds [rad/s]."""
     message = JointState(name=names, position=angles, velocity=speeds)
     message.header.stamp = stamp
     return message
 
 
-def laser_scan(stamp, frame, scanner, ranges):
+def laser_scan(stamp: rospy.Time, frame: str, scanner: ModuleType, ranges: np.ndarray) -> LaserScan:
     """Return the LaserScan of ``ranges``; ``scanner`` is the module kinematic_core.worlds.rays, with its constants."""
     increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
     message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
@@ -92,7 +104,7 @@ def laser_scan(stamp, frame, scanner, ranges):
     return message
 
 
-def _diagonal(*variances):
+def _diagonal(*variances: float) -> list[float]:
     covariance = [0.0] * 36
     covariance[::7] = variances
     return covariance

@@ -8,11 +8,14 @@ others read, are put back by the simulator that does not start, from the copies 
 
 Nothing here initialises rospy, because that shuts down a node with the same name.
 """
+from __future__ import annotations
+
 import contextlib
 import http.client
 import os
 import sys
 import xmlrpc.client
+from typing import Any, Iterator
 
 import rosgraph
 import rosgraph.names
@@ -28,7 +31,7 @@ USE_SIM_TIME, CLOCK = '/use_sim_time', '/clock'
 TROUBLES = OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 
-def resolved(name):
+def resolved(name: str) -> str:
     """Return the full name of a topic or node of this process, from the command line and the environment."""
     mappings = rosgraph.names.load_mappings(sys.argv)
     namespace = rosgraph.names.get_ros_namespace(argv=sys.argv)
@@ -39,7 +42,7 @@ def resolved(name):
     return full
 
 
-def require_alone(node, topic=None, world=None):
+def require_alone(node: str, topic: str | None = None, world: str | None = None) -> None:
     """End this process with a text if another node has its name, its ``topic``, or the services below ``world``.
 
     Call it before init_node.
@@ -53,7 +56,7 @@ def require_alone(node, topic=None, world=None):
         sys.exit(f'{node} does not start: {text}')
 
 
-def other_robot(node, topic=None, world=None):
+def other_robot(node: str, topic: str | None = None, world: str | None = None) -> tuple[str, str] | None:
     """Return (name, text) of a running node that is called ``node``, or that has what the arguments name; or None."""
     own = resolved(rosgraph.names.load_mappings(sys.argv).get('__name', node))
     published = topic and resolved(topic)
@@ -74,7 +77,7 @@ def other_robot(node, topic=None, world=None):
     return None
 
 
-def put_back(other):
+def put_back(other: str) -> None:
     """Undo what the launch file of this process has set: ``other`` keeps copies of the parameters of its own world."""
     master = rosgraph.Master(other)
     copies = {}
@@ -92,7 +95,7 @@ def put_back(other):
         master.deleteParam(USE_SIM_TIME)
 
 
-def world_of_another_launch(world):
+def world_of_another_launch(world: str) -> str | None:
     """Return the name of the node that has the services below ``world``, if another roslaunch has started it."""
     master = rosgraph.Master('/single_world')
     try:
@@ -104,17 +107,17 @@ def world_of_another_launch(world):
     return None
 
 
-def _launch_parameters():
+def _launch_parameters() -> list[str]:
     """Return the full names in _launch_parameters:=NAMES on the command line."""
     given = [argument.partition(':=')[2] for argument in sys.argv if argument.startswith('_launch_parameters:=')]
     return [resolved(name) for name in ' '.join(given).split()]
 
 
-def _sign(world):
+def _sign(world: str) -> str:
     return resolved(rosgraph.names.ns_join(world, SIGN))
 
 
-def _lives(master, node):
+def _lives(master: rosgraph.Master, node: str) -> bool:
     """Return whether a node answers with its own name; one that has ended does not, even if its port is reused."""
     service = rosgraph.names.ns_join(node, registrations.SIGN)
     try:
@@ -123,18 +126,18 @@ def _lives(master, node):
         return False
 
 
-def _parent(master, node):
+def _parent(master: rosgraph.Master, node: str) -> int:
     """Return the process that has started a node; that of this process if the node runs on another machine."""
     try:
-        node = xmlrpc.client.ServerProxy(master.lookupNode(node), LimitedTransport(TIMEOUT))
-        _, _, number = node.getPid('/single_world')
+        proxy: Any = xmlrpc.client.ServerProxy(master.lookupNode(node), LimitedTransport(TIMEOUT))
+        _, _, number = proxy.getPid('/single_world')
         with open(f'/proc/{number}/stat', encoding='utf-8', errors='replace') as file:
             return int(file.read().rpartition(')')[2].split()[1])
     except TROUBLES:
         return os.getppid()
 
 
-def _flat(tree, above=''):
+def _flat(tree: dict[str, Any], above: str = '') -> Iterator[tuple[str, Any]]:
     """Yield (name, value) of the parameters in a tree of namespaces."""
     for key, value in tree.items():
         if isinstance(value, dict):
@@ -143,7 +146,7 @@ def _flat(tree, above=''):
             yield f'{above}/{key}', value
 
 
-def main():
+def main() -> None:
     """Start the command after the first word, unless another launch has a world with services below that word."""
     world, *command = sys.argv[1:]
     name = world_of_another_launch(world)

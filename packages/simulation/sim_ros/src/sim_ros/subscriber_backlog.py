@@ -3,7 +3,12 @@
 A node that gets no CPU time does not read. The tables of TCP sockets (proc(5), /proc/net/tcp) contain the number of
 unread bytes, in the row of the subscriber's end of the connection.
 """
+from __future__ import annotations
+
 import time
+from typing import Iterable
+
+import rospy
 
 from rospy_support import rospy_internals
 
@@ -15,7 +20,7 @@ TABLES = '/proc/net/tcp', '/proc/net/tcp6'
 class LagMonitor:
     """Finds nodes that are too far behind /clock, for a simulator that does not wait for them."""
 
-    def __init__(self, clock, size, step):
+    def __init__(self, clock: rospy.Publisher, size: int, step: float) -> None:
         """``clock`` publishes messages of ``size`` [bytes], one every ``step`` [s] of simulated time."""
         self._clock = clock
         self._size = size
@@ -24,7 +29,7 @@ class LagMonitor:
         self.late = 0  # checks that found a node behind
         self.busy = ''  # the nodes that were behind in the last of these checks
 
-    def lag(self):
+    def lag(self) -> float:
         """Return how far [s of simulated time] the slowest node is behind; 0.0 if none is, or no check is due."""
         now = time.monotonic()
         if now < self._next_check:
@@ -39,7 +44,7 @@ class LagMonitor:
         return max(behind.values()) * self._step
 
 
-def unread(publisher, size):
+def unread(publisher: rospy.Publisher, size: int) -> dict[str, int]:
     """Return {node: number of unread messages} of the local subscribers of a rospy.Publisher.
 
     ``size`` [bytes] is that of one message.
@@ -52,7 +57,7 @@ def unread(publisher, size):
             continue
     if not ports:
         return {}
-    waiting = {}
+    waiting: dict[tuple[int, int], int] = {}
     for path in TABLES:
         try:
             with open(path, encoding='ascii') as table:
@@ -62,7 +67,7 @@ def unread(publisher, size):
     return {node: waiting[pair] // size for pair, node in ports.items() if pair in waiting}
 
 
-def receive_queues(table):
+def receive_queues(table: Iterable[str]) -> dict[tuple[int, int], int]:
     """Return {(local port, remote port): unread bytes} from the lines of a table; the first line is its heading."""
     queues = {}
     for line in list(table)[1:]:
@@ -71,5 +76,5 @@ def receive_queues(table):
     return queues
 
 
-def _port(address):
+def _port(address: str) -> int:
     return int(address.rpartition(':')[2], 16)

@@ -179,7 +179,7 @@ class Boolean(Parameter):
     """A bool."""
 
     name: str
-    default: bool
+    default: 'bool | Computed'
     kind, allowed, range = 'bool', 'true or false', 'true, false'
 
     def convert(self, value):
