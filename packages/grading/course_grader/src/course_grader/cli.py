@@ -17,7 +17,7 @@ from course_grader import sheet, usage
 from course_grader.classes import grade_all, grade_merge, live
 from course_grader.formats import exit_codes, harmless, systems, templates, terminal
 from course_grader.formats.terminal import say
-from course_grader.isolation import isolate, levels
+from course_grader.isolation import isolate, levels, limits
 from course_grader.rules import exercise, reference, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.supervision.job import Attempted, Job
@@ -123,8 +123,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
                         'or that of Classroom 50, Gradescope or VPL where one of them runs the grader')
     parser.add_argument('--junit', metavar='FILE', help='write junit.xml also to this file')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
-    parser.add_argument('--limit', type=usage.seconds, metavar='SECONDS', help='longest wall-clock time of the grading '
-                        f'(default: the time of the exercise + {EXTRA:g} s)')
+    parser.add_argument('--limit', type=limits.seconds, metavar='SECONDS', help='longest wall-clock time of the '
+                        f'grading (default: the time of the exercise + {EXTRA:g} s)')
     isolate.add_options(parser)
 
 

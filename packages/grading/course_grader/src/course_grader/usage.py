@@ -1,7 +1,5 @@
 """Finds wrong usage of ./run grade before anything starts; errors give the line to type."""
-import argparse
 import difflib
-import math
 import os
 import shlex
 from typing import Iterable, Mapping, Optional, Sequence
@@ -17,17 +15,6 @@ from course_grader.supervision.supervisor import others_of
 
 class UsageError(ValueError):
     """The command line is wrong; the text says what to type."""
-
-
-def seconds(text: str) -> float:
-    """Return a typed time [s], above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'it is {text}; it must be a number above 0')
-    return value
 
 
 def check(arguments: Sequence[str], unknown: Sequence[str], command: Optional[Sequence[str]], exercise: str) -> None:

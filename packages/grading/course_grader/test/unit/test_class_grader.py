@@ -215,7 +215,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['x.yaml'], 'x.yaml is neither a folder nor a ZIP; to grade one program, type: ./run grade EXERCISE -- x.yaml'),
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
     (['broken.zip'], 'broken.zip cannot be read as a ZIP: File is not a zip file; download it again, or name the'),
-    (['class', '--jobs', '0'], '--jobs: it is 0; it must be a whole number, 1 or more'),
+    (['class', '--jobs', '0'], '--jobs: it is 0; it must be a whole number from 1 to'),
     (['class', '--shard', '3/2'], "'3/2' is not a part; write I/N, from 1/N to N/N, such as 1/4"),
     (['class', '--only', 'bob'], '--only bob: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such as '
      'anna or anna/x'),

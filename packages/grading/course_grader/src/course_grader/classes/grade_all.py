@@ -16,7 +16,6 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader import usage
 from course_grader.classes import class_grader, class_results, downloads, graded, remote, similarity, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
@@ -27,7 +26,7 @@ from course_grader.classes.submissions import LeftOut, Submission
 from course_grader.formats import exit_codes, harmless, platforms, systems
 from course_grader.formats.platforms import Origin, WorksheetError
 from course_grader.formats.terminal import say
-from course_grader.isolation import isolate, levels
+from course_grader.isolation import isolate, levels, limits
 from course_grader.rules import exercise, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
@@ -56,12 +55,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                         'Moodle, Canvas or Gradescope gives to download; see docs/grading.md')
     parser.add_argument('--exercise', metavar='NAME',
                         help='FOLDER holds one program per student; grade all of them for this exercise')
-    parser.add_argument('--jobs', type=_jobs, default=os.cpu_count() or 1, metavar='N',
+    parser.add_argument('--jobs', type=limits.positive, default=os.cpu_count() or 1, metavar='N',
                         help='number of parallel gradings (default: one per CPU core, here %(default)s)')
     parser.add_argument('--seed', type=int, metavar='N',
                         help='repeats the starts and the stimuli of an earlier grading')
-    parser.add_argument('--limit', type=usage.seconds, metavar='SECONDS', help='longest wall-clock time of one grading '
-                        f'(default: the time of the exercise + {EXTRA:g} s)')
+    parser.add_argument('--limit', type=limits.seconds, metavar='SECONDS', help='longest wall-clock time of one '
+                        f'grading (default: the time of the exercise + {EXTRA:g} s)')
     parser.add_argument('--file-dates', action='store_true', help='for deadlines, take the dates of the files where '
                         'nothing else says when they were handed in; students can change these dates')
     parser.add_argument('--worksheet', metavar='FILE', help="the grading worksheet of Moodle's assignment, a CSV in "
@@ -74,12 +73,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     isolate.add_options(parser)
     remote.add_options(parser)
     class_results.add_options(parser)
-
-
-def _jobs(text: str) -> int:
-    if not (text.isdigit() and int(text)):
-        raise argparse.ArgumentTypeError(f'it is {text}; it must be a whole number, 1 or more')
-    return int(text)
 
 
 def _shard(text: str) -> Tuple[int, int]:

@@ -4,6 +4,7 @@ The kernel enforces most of them (prlimit), for each process; a Meter measures a
 """
 import argparse
 import contextlib
+import math
 import os
 import platform
 import re
@@ -41,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('limits of a program, which fails when it exceeds one')
     for name, default in Limits()._asdict().items():
         unit, meaning = MEANINGS[name]
-        group.add_argument(option(name), type=_positive, default=default, metavar=unit,
+        group.add_argument(option(name), type=positive, default=default, metavar=unit,
                            help=meaning + ('' if name == 'cpu' else f' (default: {default})'))
 
 
@@ -53,10 +54,22 @@ def chosen(options: argparse.Namespace) -> Limits:
     return Limits(**{name: getattr(options, f'max_{name}') for name in Limits._fields})
 
 
-def _positive(text: str) -> int:
+def positive(text: str) -> int:
+    """Return a typed whole number above 0, as an option of a command line."""
     if not text.isdecimal() or not 1 <= int(text) <= HIGHEST:
         raise argparse.ArgumentTypeError(f'it is {text}; it must be a whole number from 1 to {HIGHEST}')
     return int(text)
+
+
+def seconds(text: str) -> float:
+    """Return a typed time [s] above 0, as an option of a command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'it is {text}; it must be a number above 0')
+    return value
 
 
 def counts_processes(user_is_own: bool, in_namespace: bool, release: str = '') -> bool:
