@@ -1,28 +1,30 @@
 """Poses in the plane as messages, and back."""
 import math
+from typing import Union
 
-from geometry_msgs.msg import Point, TransformStamped
+import rospy
+from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 
 from navigation_core.poses import Pose
 from rospy_support.rotations import to_quaternion, yaw_of
 
 
-def from_pose(pose):
+def from_pose(pose: Pose) -> PoseMessage:
     return PoseMessage(Point(pose.x, pose.y, 0.0), to_quaternion(0.0, 0.0, pose.yaw))
 
 
-def to_pose(message):
+def to_pose(message: PoseMessage) -> Pose:
     """Return the Pose of a geometry_msgs/Pose, seen from above; ValueError if it is not one."""
     return _pose(message.position, message.orientation)
 
 
-def of_transform(message):
+def of_transform(message: Transform) -> Pose:
     """Return the Pose of a geometry_msgs/Transform, seen from above; ValueError if it is not one."""
     return _pose(message.translation, message.rotation)
 
 
-def to_transform(pose, parent, child, stamp):
+def to_transform(pose: Pose, parent: str, child: str, stamp: rospy.Time) -> TransformStamped:
     """Return the TransformStamped of the frame ``child``, which has this Pose in ``parent``."""
     message = TransformStamped()
     message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, parent, child
@@ -31,7 +33,7 @@ def to_transform(pose, parent, child, stamp):
     return message
 
 
-def _pose(position, rotation):
+def _pose(position: Union[Point, Vector3], rotation: Quaternion) -> Pose:
     numbers = position.x, position.y, rotation.x, rotation.y, rotation.z, rotation.w
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f'its numbers are {", ".join(f"{number:g}" for number in numbers)}; all must be finite')

@@ -2,12 +2,17 @@
 
 Threading contract: rospy's thread of ``scan`` calls ``on_scan``, one scan after the other; a timer warns.
 """
+from __future__ import annotations
+
+from typing import Callable
+
 import rospy
 import tf2_ros
 from sensor_msgs.msg import LaserScan
 
+from navigation_core.poses import Pose
 from navigation_core.ros.poses import of_transform
-from navigation_core.scans import usable
+from navigation_core.scans import Scan, usable
 from rospy_support.throttle import WallThrottle
 
 REPEAT = 15.0  # [s] between two warnings of a kind
@@ -19,7 +24,8 @@ STARTING = 2.0  # [s] in which scans without a transform are normal: nodes start
 class ScanSource:
     """Calls ``on_scan(odometry, scan, stamp)``: a Pose of the base in the odometry's frame, and a Scan."""
 
-    def __init__(self, on_scan, base_frame, odom_frame, nearest=-1.0, farthest=-1.0, usable_range=-1.0):
+    def __init__(self, on_scan: Callable[[Pose, Scan, rospy.Time], object], base_frame: str, odom_frame: str,
+                 nearest: float = -1.0, farthest: float = -1.0, usable_range: float = -1.0) -> None:
         """Subscribe to ``scan``; the ranges [m] are the scan's own if they are negative.
 
         ``usable_range`` is that of gmapping's maxUrange: longer beams are cut there.
@@ -27,31 +33,32 @@ class ScanSource:
         self._on_scan, self._base, self._odom = on_scan, base_frame, odom_frame
         self._limits = nearest, farthest, usable_range
         self._throttle = WallThrottle(REPEAT)
-        self._mounts = {}  # frame of a scan: pose of the scanner on the robot
-        self._last = self._failing_since = None  # [s]
+        self._mounts: dict[str, Pose] = {}  # frame of a scan: pose of the scanner on the robot
+        self._last: float | None = None  # [s] when the last scan came
+        self._failing_since: float | None = None  # [s]
         self.buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self.buffer)
         self._scans = rospy.Subscriber('scan', LaserScan, self._on_message, queue_size=1, buff_size=2 ** 20,
                                        tcp_nodelay=True)
         rospy.Timer(rospy.Duration(CHECK), self._check)
 
-    def pose(self, stamp):
+    def pose(self, stamp: rospy.Time) -> Pose:
         """Return the Pose of the base in the odometry's frame; raise tf2_ros.TransformException."""
         return self._lookup(self._odom, self._base, stamp)
 
-    def _lookup(self, target, source, stamp):
+    def _lookup(self, target: str, source: str, stamp: rospy.Time) -> Pose:
         return of_transform(self.buffer.lookup_transform(target, source, stamp, rospy.Duration(PATIENCE)).transform)
 
-    def _on_message(self, message):
-        self._last = rospy.get_time()
+    def _on_message(self, message: LaserScan) -> None:
+        self._last = now = rospy.get_time()
         stamp, frame = message.header.stamp, message.header.frame_id.lstrip('/')
         try:
             if frame not in self._mounts:
                 self._mounts[frame] = self._lookup(self._base, frame, stamp)
             odometry = self.pose(stamp)
         except (tf2_ros.TransformException, ValueError) as error:
-            self._failing_since = self._failing_since or self._last
-            if self._last - self._failing_since < STARTING:
+            self._failing_since = self._failing_since or now
+            if now - self._failing_since < STARTING:
                 return
             self._throttle.warn('tf', 'Ignored a scan on %s: there is no transform of %s at its time, %.3f: %s. Does '
                                 'the node that publishes odometry run, and are ~base_frame and ~odom_frame its frames?',
@@ -63,7 +70,7 @@ class ScanSource:
         if scan is not None:
             self._on_scan(odometry, scan, stamp)
 
-    def _usable(self, message, mount):
+    def _usable(self, message: LaserScan, mount: Pose) -> Scan | None:
         nearest, farthest, usable_range = self._limits
         farthest = message.range_max if farthest < 0.0 else min(farthest, message.range_max)
         usable_range = farthest if usable_range < 0.0 else min(usable_range, farthest)
@@ -81,8 +88,8 @@ class ScanSource:
             return None
         return scan
 
-    def _check(self, _):
+    def _check(self, _: rospy.timer.TimerEvent) -> None:
         if self._last is None or rospy.get_time() - self._last > CHECK:
-            said = 'yet' if self._last is None else f'for {rospy.get_time() - self._last:.0f} s'
+            since = 'yet' if self._last is None else f'for {rospy.get_time() - self._last:.0f} s'
             self._throttle.warn('none', 'No message on %s %s. Start the laser scanner, or remap: scan:=/your/topic. '
-                                'rostopic list shows the topics.', self._scans.resolved_name, said)
+                                'rostopic list shows the topics.', self._scans.resolved_name, since)
