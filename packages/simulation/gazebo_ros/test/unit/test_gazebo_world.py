@@ -177,13 +177,3 @@ def test_impossible_calls_change_nothing(call, part):
         call(world)
     assert part in str(error.value)
     assert world.names() == ['ground_plane', 'r1'] and world.state('r1').pose == Pose2D(0.0, 0.0, 0.0)
-
-
-def test_an_absurd_command_stops_the_robot():
-    world = world_of((BURGER, 0.0, 0.0))
-    vehicle = world.vehicles['r1']
-    vehicle.command(0.2, 0.0, 0.0)
-    with pytest.raises(InvalidInput):
-        vehicle.command(math.nan, 0.0, 0.0)
-    run(world, 1.0)
-    assert world.state('r1').pose.x == 0.0

@@ -225,6 +225,7 @@ def test_an_end_gives_up_what_was_requested(wall):
     paced.close()
     assert request.wait(0.0) and request.made is False
     assert paced.request(1).made is False
+    assert (paced.wait(0.001), paced.steps) == (None, 0)
 
 
 def test_a_wake_ends_one_wait(wall):
@@ -243,14 +244,6 @@ def test_wakes_hold_no_step_up(wall):
         assert (paced.wait(), paced.steps) == (0.0, number + 2)
 
 
-def test_steps_by_hand_that_are_not_made_yet_are_forgotten_on_resume(wall):
-    paced = pacer(wall)
-    paced.request(1000)
-    paced.wait()
-    paced.resume()
-    assert times(wall, paced, 1)[0] == pytest.approx(100.0 + STEP)
-
-
 @pytest.mark.parametrize('wake', [Pacer.resume, Pacer.close, Pacer.wake, lambda paced: paced.request(1)])
 def test_a_pause_ends_at_once(wake):
     paced = Pacer(STEP, paused=True)
@@ -261,15 +254,6 @@ def test_a_pause_ends_at_once(wake):
     wake(paced)
     waiting.join(10.0)
     assert not waiting.is_alive()
-
-
-def test_a_closed_pacer_makes_no_step(wall):
-    paced = pacer(wall)
-    paced.close()
-    assert [paced.wait(0.001) for _ in range(3)] == [None] * 3
-    paced.request(1)
-    assert paced.wait(0.001) is None
-    assert paced.steps == 0
 
 
 def test_a_slow_rate_lets_the_caller_look_around(wall):

@@ -78,15 +78,6 @@ def test_reset_leaves_turtle1_alone_and_restarts_the_numbering():
     assert spawn_unnamed(world) == 'turtle2'
 
 
-def test_spawned_turtle_stands_where_float32_says():
-    world = TurtleWorld()
-    world.spawn(0.1, 0.7, 0.3, 'a')
-    turtle = world.turtles['a']
-    assert turtle.pose() == (float32(0.1), ARENA_SIZE - turtle.y_down, float32(0.3), 0.0, 0.0)
-    # the real one subtracts two float32 numbers here: 11.0888891 - 0.699999988 = 10.3888893
-    assert turtle.y_down == float32(turtle.y_down) == pytest.approx(10.3888893, abs=1e-6)  # [m] one last bit
-
-
 def test_turtle_spawned_outside_is_clamped_in_its_first_step():
     world = TurtleWorld()
     world.spawn(20.0, -1.0, 0.0, 'a')
@@ -119,17 +110,6 @@ def test_killed_turtle_takes_no_commands_and_comes_back_new():
     (advance,) = world.step()
     assert advance.turtle.pose()[0] == 3.0
     assert advance.teleports == ()
-
-
-def test_turtles_do_not_share_anything():
-    world = TurtleWorld()
-    world.spawn(1.0, 1.0, 0.0, 'a')
-    world.set_pen('a', 9, 8, 7, 6, False)
-    world.command('a', 1.0, 0.0, 0.0)
-    world.teleport_absolute('a', 2.0, 2.0, 0.0)
-    world.step()
-    assert world.turtles['turtle1'].pose() == (CENTRE, CENTRE, 0.0, 0.0, 0.0)
-    assert world.turtles['turtle1'].pen_colour == PEN_COLOUR
 
 
 @pytest.mark.parametrize('name', ['turtle1', 'a'])

@@ -8,7 +8,6 @@ from kinematic_core.worlds.floor_plan import Box, FloorPlan, corners
 from sim_scene import textures
 from sim_scene.faces import shade
 from sim_scene.renderer import Renderer
-from sim_scene.response import Response
 from unit_support import reference_camera as reference
 
 pytestmark = pytest.mark.slow
@@ -102,10 +101,3 @@ def test_bricks_have_the_colour_of_their_wall():
     red, green, blue = Renderer(FloorPlan((wall,)), 320, 240).render((0.0, 0.0, 0.5, 0.0))[80:160].mean((0, 1))
     assert green / red == pytest.approx(0.5, abs=0.02) and blue / red == pytest.approx(0.25, abs=0.02)
     assert red == pytest.approx(200 * shade(-1.0, 0.0) * textures.TONES.mean(), rel=0.05)
-
-
-def test_courses_of_bricks_are_shifted():
-    tones = textures.wall(0, False, Response(1.0)).at(0, 0)[0][textures.PAD:-textures.PAD, textures.PAD:-textures.PAD]
-    lowest, second = (np.flatnonzero(tones[-1 - round((k + 0.5) * textures.COURSE * 256)] < 255 * 0.8) for k in (0, 1))
-    half = round(textures.BRICK_LENGTH / 2 * 256)
-    assert np.array_equal((lowest + half)[:40], second[second >= half][:40])

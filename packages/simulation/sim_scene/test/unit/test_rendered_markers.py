@@ -11,15 +11,11 @@ from alvar_core.detection.detector import Detector
 from kinematic_core.worlds.camera import GAMMA
 from kinematic_core.worlds.floor_plan import Box, FloorPlan, Panel
 from plain_support.rotations import angle_between
-from sim_scene import worlds
 from sim_scene.renderer import Renderer
 from sim_scene.textures import INK, PAPER
-from unit_support.packages import PACKAGES
 
 pytestmark = pytest.mark.slow
 
-PACKAGE = PACKAGES['robotont_gazebo'].folder
-MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera
 POSITION_TOLERANCE = 0.0025  # of the distance
 ROTATION_TOLERANCE = math.radians(1.0)
@@ -65,28 +61,9 @@ def test_tracker_finds_the_pose_of_a_panel(width, height, distance, angle):
     check_tracker(*scene(distance, math.radians(angle)), width, height)
 
 
-@pytest.mark.parametrize('panel', MAZE.panels, ids=lambda panel: panel.name)
-@pytest.mark.parametrize('angle', [-25, 35])
-def test_tracker_finds_the_pose_of_every_panel_of_the_maze(panel, angle):
-    heading = panel.yaw + math.radians(angle)
-    pose = panel.x - 1.2 * math.cos(heading), panel.y - 1.2 * math.sin(heading), EYE, heading - 0.15
-    check_tracker(MAZE, panel, pose, 1280, 720)
-
-
 def light(greys, gamma):
     """Light 0..255 of greys."""
     return 255 * (greys / 255) ** gamma
-
-
-def test_a_tracker_that_drives_to_a_panel_learns_gamma():
-    detector, distances = Detector(0.28), np.linspace(2.6, 1.2, 15)
-    for distance in distances:
-        world, panel, pose = scene(distance, 0.4 - 0.1 * distance)
-        rendered = Renderer(world)
-        found, = detector.detect(rendered.render(pose), Camera(rendered.camera.matrix()))
-    _, position = pose_in_camera(panel, pose)
-    assert abs(detector.gamma - GAMMA) < 0.1
-    assert np.linalg.norm(found.position - position) < 0.0005 * np.linalg.norm(position)
 
 
 def averaged_view(panel, camera, pose, gamma):

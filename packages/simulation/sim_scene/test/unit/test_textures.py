@@ -46,12 +46,6 @@ def test_smaller_pictures_have_the_same_mean_light(make, along, up, response):
     assert picture.shape[0] - 2 * PAD == pytest.approx(mipmap.height * per_metre_up)
 
 
-def test_wall_is_bricks_darker_at_the_floor():
-    tones = without_pad(textures.wall(0, True, LINEAR))
-    assert tones.max() > 250 and tones[:30].std() > 3
-    assert tones[-10:].mean() < 0.95 * tones[-60:-50].mean()
-
-
 @pytest.mark.parametrize('length, height', [(4.0, 2.0), (4.1, 0.5), (2.0, 2.5), (1000.0, 1000.0), (0.01, 900.0)])
 def test_pictures_of_walls_have_room_and_one_size(length, height):
     wall = textures.wall(textures.coarser_for(length, height), False, LINEAR)

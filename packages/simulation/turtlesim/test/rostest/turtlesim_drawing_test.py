@@ -7,7 +7,6 @@ import rospy
 from rostest_support.common import BACKGROUND, MIDDLE, PEN, SimulatorCase, run
 
 RED = (255, 0, 0)
-GREEN = (0, 200, 0)
 
 
 class DrawingTest(SimulatorCase):
@@ -47,19 +46,6 @@ class DrawingTest(SimulatorCase):
         self.assertEqual(RED, self.color())
         self.assertEqual([RED, RED, BACKGROUND, BACKGROUND],
                          [self.color_at(4.0, y) for y in (2.4, 1.6, 2.5, 1.5)])
-
-    def test_turtlesim_set_pen_off(self):
-        """off lifts the pen, for teleports and for driving, and changes neither its colour nor its width."""
-        self.call('turtle1/set_pen', *RED, 5, 0)
-        self.call('turtle1/set_pen', *GREEN, 9, 1)
-        self.call('turtle1/teleport_absolute', 2.0, 2.0, 0.0)
-        self.assertEqual(BACKGROUND, self.color())
-        poses = self.poses()
-        self.driver()(x=1.0)
-        poses.next(lambda pose: pose.linear_velocity, 'a turtle that moves')
-        poses.next(lambda pose: not pose.linear_velocity, 'a turtle that stands')
-        self.assertEqual(BACKGROUND, self.color())
-        self.assertEqual(BACKGROUND, self.color_at(2.5, 2.0))
 
     def test_turtlesim_teleport_absolute(self):
         """The turtle is there in the next pose, with a line drawn to it in the pen's colour."""

@@ -33,17 +33,6 @@ class DrivingTest(SimulatorCase):
         self.steps(way, 1.5)
         self.assert_pose(poses[-1], MIDDLE - math.sin(heading) * way, MIDDLE + math.cos(heading) * way, heading)
 
-    def test_turtlesim_drives_a_circle(self):
-        """linear.x with angular.z: heading first, then the position along the new heading."""
-        poses = self.drive(x=2.0, turn=2.0)
-        # steps of 0.032 m, each after a turn of 0.032 rad: the corners of a polygon whose circumscribed circle has
-        # this radius; the middle lies perpendicular to the edge from the first corner to the second
-        radius = 0.016 / math.sin(0.016)
-        x, y = MIDDLE - radius * math.sin(0.016), MIDDLE + radius * math.cos(0.016)
-        for pose in poses:
-            self.assertAlmostEqual(radius, math.hypot(pose.x - x, pose.y - y), delta=1e-4)
-        self.steps(poses[-1].theta, 2.0)
-
     def test_turtlesim_wall(self):
         """Each step warns in turtlesim's words, with y given downwards: below the arena it is more than its size."""
         log = NodeLog('/turtlesim')

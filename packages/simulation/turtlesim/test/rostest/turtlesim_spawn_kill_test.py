@@ -74,6 +74,7 @@ class SpawnKillTest(SimulatorCase):
         """Kill of a turtle that does not exist is refused, in turtlesim's words."""
         log = NodeLog('/turtlesim')
         before = self.state()
+        self.assertLess(len(self.refused('kill', 'a' * 100000)), 1000)
         for name in ('nobody', ''):
             self.assertIn(f'[{name}]', self.refused('kill', name))
             log.wait(Log.ERROR, rf'Tried to kill turtle \[{name}\], which does not exist.*')

@@ -8,14 +8,12 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from rosgraph_msgs.msg import Log
 
 from rostest_support.common import (
     BACKGROUND,
     DEADLINE,
     MIDDLE,
     SIMULATOR,
-    NodeLog,
     Process,
     SimulatorCase,
     own_simulator,
@@ -102,36 +100,17 @@ class StartupTest(SimulatorCase):
         simulator = own_simulator()
         self.addCleanup(simulator.stop)
         self.wait_for_turtle1()
-        for name, values, last in (('spawn', (1.0, 1.0, 0.0, 'anna'), r'Spawning turtle \[anna\]'),
-                                   ('clear', (), 'Clearing'), ('reset', (), r'Resetting turtlesim\.(.|\n)*'
-                                                                            r'Spawning turtle \[turtle1\]')):
+        for name, values, last in (
+                ('spawn', (3.0, 4.5, 1.57, 'anna'),
+                 r'Spawning turtle \[anna\] at x=\[3\.000000\], y=\[4\.500000\], theta=\[1\.570000\]'),
+                ('clear', (), r'Clearing turtlesim\.'),
+                ('reset', (), r'Resetting turtlesim\.(.|\n)*Spawning turtle \[turtle1\] at x=\[5\.544445\]')):
             self.call(name, *values)
             self.assertRegex(simulator.output(), last)
             self.refused('kill', 'nobody')
             lines = simulator.output().splitlines()
             self.assertIn('Tried to kill turtle [nobody]', lines[-1])
             self.assertRegex('\n'.join(lines[:-1]), last)
-
-    @release
-    def test_turtlesim_log_of_services(self):
-        """The lines that turtlesim logs for spawn, clear and reset."""
-        self.start()
-        log = NodeLog('/turtlesim')
-        self.call('spawn', 3.0, 4.5, 1.57, 'anna')
-        log.wait(Log.INFO, r'Spawning turtle \[anna\] at x=\[3\.000000\], y=\[4\.500000\], theta=\[1\.570000\]')
-        self.call('clear')
-        log.wait(Log.INFO, r'Clearing turtlesim\.')
-        self.call('reset')
-        log.wait(Log.INFO, r'Resetting turtlesim\.')
-        log.wait(Log.INFO, r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]')
-        self.assertEqual([], log.texts(Log.WARN) + log.texts(Log.ERROR) + log.texts(Log.FATAL))
-
-    @release
-    def test_turtlesim_background_absent(self):
-        """Absent background parameters are set to their defaults."""
-        self.start()
-        self.assertEqual(BACKGROUND, self.background())
-        self.assertEqual(BACKGROUND, self.color())
 
     @release
     def test_turtlesim_background_given(self):

@@ -116,9 +116,3 @@ def test_reset_begins_anew_on_an_empty_canvas(drawn, background):
     drawn.reset() if background == BACKGROUND else drawn.reset(background)
     assert list(drawn.world.turtles) == [T]
     assert set(chunks(drawn.canvas.tobytes())) == {bytes(background)}
-
-
-def test_watchdog_is_the_worlds():
-    drawn = DrawnWorld(watchdog_steps=1)
-    drawn.world.command(T, 1.0, 0.0, 0.0)
-    assert [drawn.step()[0][0].pose().linear_velocity for _ in range(2)] == [1.0, 0.0]

@@ -61,14 +61,6 @@ class PinholeCamera:
         """Return P of camera_info, 12 numbers row by row [px]."""
         return [self.focal, 0.0, self.cx, 0.0, 0.0, self.focal, self.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
 
-    def project(self, pose: CameraPose, points: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Return pixels (N, 2) and depths (N,) [m] of world points (N, 3) [m] seen from ``pose``."""
-        dx, dy, dz = (np.asarray(points, float) - [pose.x, pose.y, pose.z]).T
-        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        depth = cos * dx + sin * dy
-        pixels = np.stack([self.cx + self.focal * (sin * dx - cos * dy) / depth, self.cy - self.focal * dz / depth], 1)
-        return pixels, depth
-
 
 def require_pose(pose: Sequence[float]) -> CameraPose:
     """Return (x, y, z, yaw) as a CameraPose; raise InvalidInput unless all numbers are finite."""
