@@ -13,7 +13,7 @@ from course_page.typed_paths import below
 class HomeContents(AsyncLargeFileManager):
     """The files below ``root_dir``."""
 
-    def _get_os_path(self, path):
+    def _get_os_path(self, path: str) -> str:
         try:
             return super()._get_os_path(below(os.path.abspath(self.root_dir), path))
         except ValueError as error:

@@ -12,12 +12,14 @@ import functools
 import ipaddress
 import json
 import os
+import socket
 import sys
 import threading
 import time
+from typing import Any, Collection, Deque, List, Optional, Sequence
 
+import rosapi.srv
 import rosgraph
-import rospkg
 import rospy
 import tornado.web
 from rosapi.msg import TypeDef
@@ -25,7 +27,9 @@ from rosgraph_msgs.msg import Log
 
 from browser_servers.bridge import RosBridge
 from browser_servers.core import web
+from browser_servers.core.access import OFF
 from browser_servers.core.conversion import json_values
+from browser_servers.core.encodings import Message
 from browser_servers.core.session import Settings
 from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
@@ -35,8 +39,7 @@ from course_page import grading
 from course_page.marker_photo import MarkerPhoto, Photos
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from course_page.starter import Programs, Starter
-from plain_support import course
-from rosapi import srv
+from plain_support import course, packages
 from rospy_support import nodes, registration
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
@@ -55,19 +58,19 @@ NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
 class Page(web.Files):
     """The files of the page; a browser runs only scripts from here."""
 
-    def set_extra_headers(self, path):
+    def set_extra_headers(self, path: str) -> None:
         super().set_extra_headers(path)
         self.set_header('Content-Security-Policy', policy(self.request.host, self.settings['access'].origins))
         self.set_header('Referrer-Policy', 'no-referrer')
 
 
-def policy(host, origins):
+def policy(host: str, origins: Collection[str]) -> str:
     """Return the Content-Security-Policy of a page from ``host``, a name or address with its port.
 
     ``origins``: of other pages that may connect; behind a proxy that changes the Host, it is one of these.
     """
     own = [host, *(origin.partition('://')[2] for origin in origins if '://' in origin)]
-    sockets = ' '.join(f'ws://{one} wss://{one}' for one in own)
+    sockets = ' '.join(f'ws://{name} wss://{name}' for name in own)
     return ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
             f"connect-src 'self' {sockets}; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
             "frame-ancestors 'self'")
@@ -76,14 +79,15 @@ def policy(host, origins):
 class Probe:
     """Asks the master for all pages together, at most once in POLL_INTERVAL."""
 
-    def __init__(self):
-        self._asked, self._answer = 0.0, None
+    def __init__(self) -> None:
+        self._time = 0.0  # of the last request
+        self._answer: Optional[asyncio.Future[bool]] = None
 
-    async def answers(self):
+    async def answers(self) -> bool:
         """Return whether the master answers, or has answered just now."""
         now = time.monotonic()
-        if self._answer is None or (self._answer.done() and now - self._asked > POLL_INTERVAL):
-            self._asked = now
+        if self._answer is None or (self._answer.done() and now - self._time > POLL_INTERVAL):
+            self._time = now
             self._answer = asyncio.get_event_loop().run_in_executor(None, master_answers)
         return await asyncio.shield(self._answer)
 
@@ -91,7 +95,7 @@ class Probe:
 class Status(web.Guarded):
     """The state of server and master as JSON, for a page without a connection to ROS."""
 
-    async def get(self):
+    async def get(self) -> None:
         answers = await self.settings['probe'].answers()
         ready = self.settings['ready'].is_set()
         self.answer_json(json.dumps({
@@ -102,17 +106,17 @@ class Status(web.Guarded):
 class LogKeeper:
     """Keeps the last messages that nodes have logged; a subscriber like the session of a page, in the loop's thread."""
 
-    def __init__(self):
-        self.messages = collections.deque(maxlen=LOG_LENGTH)
+    def __init__(self) -> None:
+        self.messages: Deque[Message] = collections.deque(maxlen=LOG_LENGTH)
 
-    def deliver(self, message, kept=False):
+    def deliver(self, message: Message, kept: bool = False) -> None:
         self.messages.append(message)
 
 
 class Logged(web.Guarded):
     """The messages of ``settings['log']``, a LogKeeper, as JSON."""
 
-    def get(self):
+    def get(self) -> None:
         self.answer_json(json.dumps([json_values(Log().deserialize(message.data))
                                      for message in self.settings['log'].messages]))
 
@@ -120,7 +124,7 @@ class Logged(web.Guarded):
 class Steps(web.Guarded):
     """The list of the steps of the course, and which panels show what happens in each, as JSON."""
 
-    def get(self):
+    def get(self) -> None:
         steps = course.steps(course.installed())
         self.answer_json(json.dumps([{'number': step.number, 'title': step.title, 'folder': step.folder.name,
                                       'panels': step.panels} for step in steps]))
@@ -129,7 +133,7 @@ class Steps(web.Guarded):
 class Socket(RosbridgeWebSocket):
     """The WebSocket of a page, or of another client."""
 
-    async def get(self, *arguments, **keywords):
+    async def get(self, *arguments: Any, **keywords: Any) -> None:
         """Accept a client once a ROS master answers."""
         if self.settings['ready'].is_set():
             await super().get(*arguments, **keywords)
@@ -137,7 +141,7 @@ class Socket(RosbridgeWebSocket):
             self.refuse(503, NOT_YET.format(uri=rosgraph.get_master_uri()))
 
 
-def master_answers():
+def master_answers() -> bool:
     try:
         return bool(Master(ANSWER_TIMEOUT).request([('getPid',)]))
     except NoMaster:
@@ -147,27 +151,28 @@ def master_answers():
 class PageServer:
     """The server; it listens when it is made."""
 
-    def __init__(self, options):
+    def __init__(self, options: argparse.Namespace) -> None:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
-        self._log, self._bridge = LogKeeper(), None
+        self._log = LogKeeper()
+        self._bridge: RosBridge  # made by _application
         self._starter = Starter(folder=options.programs, outlives=options.outlives)
         self._grader = grading.Grader(options.programs)
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
-        self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
+        self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _print,
                                        self._server.port, published)
-        token = '' if local or self._access.token == web.OFF else f'?token={self._access.token}'
+        token = '' if local or self._access.token == OFF else f'?token={self._access.token}'
         self.address = f'http://{_host(options.address)}:{self._server.port}/{token}'
         self._folder = options.folder
-        self._turtles = os.path.join(rospkg.RosPack().get_path('turtlesim'), 'images')
+        self._turtles = str(packages.folder('turtlesim') / 'images')
 
-    def _application(self):
+    def _application(self) -> tornado.web.Application:
         """Make the application, in the loop's thread."""
         report = Report()
-        self._bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
+        self._bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(rosapi.srv, TypeDef))
         clients = Clients(self._bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
@@ -182,55 +187,54 @@ class PageServer:
             access=self._access, clients=clients, probe=Probe(), log=self._log, starter=self._starter,
             grader=self._grader, photos=Photos(),
             refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
-            sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
+            sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], max_streams=MAX_STREAMS,
             use_compression=False, ping_interval=PING, ping_timeout=PONG,
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
-    def start(self):
+    def start(self) -> None:
         self._server.start()
 
-    def connect(self):
+    def connect(self) -> None:
         """Let pages use ROS, now that rospy is initialised."""
         asyncio.run_coroutine_threadsafe(self._keep_log(), self._server.loop)
         self.ready.set()
 
-    async def _keep_log(self):
+    async def _keep_log(self) -> None:
         await self._bridge.subscribe(self._log, LOG_TOPIC, Log._type)
 
-    def stop(self):
+    def stop(self) -> None:
         """End, with the programs that pages have started."""
         self._server.stop()
         self._starter.end()
         self._grader.end()
 
 
-def _listen(address, port):
+def _listen(address: str, port: int) -> List[socket.socket]:
     try:
         return web.listen(port, address)
     except OSError as error:
         if not port:
             sys.exit(f'Cannot listen at {address}: {error.strerror or error}.')
-        _say(f'Cannot listen at {address}, port {port} ({error.strerror or error}); a free port is used instead.')
+        _print(f'Cannot listen at {address}, port {port} ({error.strerror or error}); a free port is used instead.')
         return _listen(address, 0)
 
 
-def _host(address):
+def _host(address: str) -> str:
     """Return the host to type in a browser on this machine for an address to listen at."""
     try:
-        place = ipaddress.ip_address(address)
+        parsed = ipaddress.ip_address(address)
     except ValueError:
         return address
-    if place.is_unspecified or place.is_loopback:
+    if parsed.is_unspecified or parsed.is_loopback:
         return 'localhost'
-    return f'[{place}]' if place.version == 6 else str(place)
+    return f'[{parsed}]' if parsed.version == 6 else str(parsed)
 
 
-def _say(text, *arguments):
-    print(text % arguments if arguments else text, flush=True)
+def _print(text: str) -> None:
+    print(text, flush=True)
 
 
-def options_of(arguments):
-    folder = os.path.join(rospkg.RosPack().get_path('course_page'), 'web')
+def options_of(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
     parser.add_argument('--address', default=os.environ.get(ADDRESS) or '127.0.0.1',
@@ -241,7 +245,8 @@ def options_of(arguments):
     parser.add_argument('--origins', default='',
                         help='further sites whose pages may connect, separated by commas; any: all')
     parser.add_argument('--hosts', default='', help='further names of this machine, separated by commas')
-    parser.add_argument('--folder', default=folder, help='a page of your own instead of this one')
+    parser.add_argument('--folder', default=str(packages.folder('course_page') / 'web'),
+                        help='a page of your own instead of this one')
     parser.add_argument('--programs', default='.', metavar='DIR', help='where the panel Grade looks for '
                         'programs, besides the sourced workspaces, and Start for bags (default: the current folder)')
     parser.add_argument('--outlives', action='store_true', help='for launch files: the page runs on when '
@@ -259,36 +264,36 @@ def options_of(arguments):
     return options
 
 
-def _is_served_already(options, port=None):
-    """Return whether another server shows this master, and say so; ``port``: that of this server."""
+def _is_served_already(options: argparse.Namespace, port: Optional[int] = None) -> bool:
+    """Return whether another server shows this master, and print that; ``port``: that of this server."""
     page = running_page()
     if page is None or page.address == f'http://localhost:{port}/':
         return False
-    _say(f'The page is at {page.address} already: open that in a browser. This second server ends now. To start one '
+    _print(f'The page is at {page.address} already: open that in a browser. This second server ends now. To start one '
          f'with other options, end the first one: {f"rosnode kill {page.node}" if page.node else "press Ctrl-C there"}')
     if options.open == 'true':
         open_page(page.address)
     return True
 
 
-def _start_node(port):
+def _start_node(port: int) -> None:
     """Initialise rospy; a node that has the usual name already, on another machine for example, keeps it."""
     if name_is_taken():
         given = [argument for argument in sys.argv if not argument.startswith('__name:=')]
         nodes.init_node('browser', argv=given, anonymous=True)
-        _say(f'Another node is called {NODE}: this one is {rospy.get_name()}.')
+        _print(f'Another node is called {NODE}: this one is {rospy.get_name()}.')
     else:
         nodes.init_node('browser')
     registration.keep_parameter('~actual_port', port)
 
 
-def main():
+def main() -> None:
     options = options_of(rospy.myargv()[1:])
     if _is_served_already(options):
         return
     server = PageServer(options)
     server.start()
-    _say(f'Open {server.address} in a browser.')
+    _print(f'Open {server.address} in a browser.')
     if options.open == 'true':
         open_page(server.address)
     try:

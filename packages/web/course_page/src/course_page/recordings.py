@@ -14,10 +14,12 @@ import struct
 import subprocess
 import sys
 import time
+from typing import Collection, Dict, List, Optional, Set, Tuple, Union
 
 import psutil
 import rosbag
 
+from plain_support.processes import BackgroundProcess
 from rospy_support.master import Master, NoMaster
 
 PREFIX = 'page'  # of the names of the files
@@ -44,7 +46,7 @@ class CutOff(ValueError):
     """A bag that cannot be indexed; the text says why."""
 
 
-def limit(folder):
+def limit(folder: str) -> int:
     """Return how large a recording in a folder may become now [MiB]; raise Refused if there is no room."""
     try:
         free = shutil.disk_usage(folder).free / MIB
@@ -52,31 +54,31 @@ def limit(folder):
         raise Refused(f'no bag can be written into {folder}: {error.strerror}') from None
     if not os.access(folder, os.W_OK):
         raise Refused(f'no bag can be written into {folder}: it is write-protected')
-    there = sum(_size(path) for path in glob.glob(os.path.join(glob.escape(folder), f'{PREFIX}_*.bag*'))) / MIB
+    taken = sum(_size(path) for path in glob.glob(os.path.join(glob.escape(folder), f'{PREFIX}_*.bag*'))) / MIB
     if free - RESERVE < SMALLEST / SHARE:
         raise Refused(f'the disk of {folder} has only {free:.0f} MB left, and {RESERVE} MB stay free: delete what is '
                       'not needed there')
-    if TOGETHER - there < SMALLEST:
-        raise Refused(f'the recordings {PREFIX}_*.bag in {folder} take {there:.0f} MB already, and {TOGETHER} MB are '
+    if TOGETHER - taken < SMALLEST:
+        raise Refused(f'the recordings {PREFIX}_*.bag in {folder} take {taken:.0f} MB already, and {TOGETHER} MB are '
                       'allowed: delete some of them')
-    return int(min(LARGEST, TOGETHER - there, SHARE * (free - RESERVE)))
+    return int(min(LARGEST, TOGETHER - taken, SHARE * (free - RESERVE)))
 
 
-def _size(path):
+def _size(path: Union[str, pathlib.Path]) -> int:
     try:
         return os.path.getsize(path)
     except OSError:  # it has just been renamed
         return 0
 
 
-def command(largest, with_images, raw_topics=()):
+def command(largest: int, with_images: bool, raw_topics: Collection[str] = ()) -> Tuple[str, ...]:
     """Return the command that records; ``raw_topics``: those that are known to have images and point clouds."""
     names = '|'.join([RAW_NAMES, *map(re.escape, sorted(raw_topics))])
     return ('rosbag', 'record', '--all', *([] if with_images else [f'--exclude={names}']), f'--size={largest}',
             f'--duration={LONGEST}m', f'--output-prefix={PREFIX}')
 
 
-def raw_topics():
+def raw_topics() -> List[str]:
     """Return the topics with raw images or point clouds whose names do not tell; raise Refused without a master."""
     try:
         (_, _, types), = Master(ASK_TIMEOUT).request([('getTopicTypes',)])
@@ -85,7 +87,7 @@ def raw_topics():
     return [topic for topic, kind in types if kind in RAW_TYPES and not re.fullmatch(RAW_NAMES, topic)]
 
 
-def master_id():
+def master_id() -> Optional[int]:
     """Return the process number of the master, which another master does not have; None if none answers."""
     try:
         (_, _, number), = Master(ASK_TIMEOUT).request([('getPid',)])
@@ -94,7 +96,7 @@ def master_id():
     return number
 
 
-def reason_to_end(folder, since, master):
+def reason_to_end(folder: str, since: float, master: Optional[int]) -> str:
     """Return why a recording that began at ``since`` (time.monotonic) with a master has to end; '' if it may go on.
 
     rosbag's own limit counts ROS time, which may stand still.
@@ -109,7 +111,7 @@ def reason_to_end(folder, since, master):
     return 'the ROS master has ended' if master_id() != master else ''
 
 
-def close(process, number, idle=IDLE):
+def close(process: BackgroundProcess, number: int, idle: float = IDLE) -> None:
     """End a recorder, a BackgroundProcess, by a signal; by force only when it has written nothing for ``idle`` [s]."""
     process.signal(number)
     written, since = -1, time.monotonic()
@@ -124,75 +126,75 @@ def close(process, number, idle=IDLE):
     process.stop()
 
 
-def _written(process):
+def _written(process: psutil.Process) -> int:
     try:
         return process.io_counters().write_chars
     except psutil.Error:
         return 0
 
 
-def outcome(folder, before, size, why):
+def outcome(folder: str, before: Set[str], size: int, why: str) -> str:
     """Return a text about the recordings that are not in ``before``, a set of names; index those that were cut off.
 
     ``size``: the limit [MiB]; ``why``: the reason for the end, or ''.
     """
-    told = [f'The recording has ended: {why}.'] if why else []
+    sentences = [f'The recording has ended: {why}.'] if why else []
     for path in sorted(pathlib.Path(folder).glob(f'{PREFIX}_*.bag*')):
         if _name(path) in before:
             continue
         if path.suffix == '.bag':
             if not why and _size(path) > size * MIB:
-                told.append(f'The recording has ended: it has reached {size} MB.')
-            told.append(f'Saved as {path.name}, {_size(path) / MIB:.1f} MB.')
+                sentences.append(f'The recording has ended: it has reached {size} MB.')
+            sentences.append(f'Saved as {path.name}, {_size(path) / MIB:.1f} MB.')
         elif path in cut_off(folder):
-            told.append(f'The recording was cut off. {_indexed_apart(path)}')
-    return ' '.join(told) or 'Nothing was recorded.'
+            sentences.append(f'The recording was cut off. {_indexed_apart(path)}')
+    return ' '.join(sentences) or 'Nothing was recorded.'
 
 
-def names(folder):
+def names(folder: str) -> Set[str]:
     """Return the names of the recordings of the page in a folder, closed or not."""
     return set(map(_name, pathlib.Path(folder).glob(f'{PREFIX}_*.bag*')))
 
 
-def _name(path):
+def _name(path: pathlib.Path) -> str:
     return path.name.partition('.bag')[0]
 
 
-def _indexed_apart(path):
+def _indexed_apart(path: pathlib.Path) -> str:
     """Index a recording in a process of its own, which may take long; return what it says."""
     done = subprocess.run(['rosrun', 'course_page', 'index_bag', path.name], cwd=path.parent, text=True, check=False,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     return (done.stdout.strip().splitlines() or [f'{path.name} cannot be indexed.'])[-1]
 
 
-def cut_off(folder):
+def cut_off(folder: str) -> Dict[pathlib.Path, bool]:
     """Return {path of a recording that was not closed, and that no process of this machine has open: at rest}.
 
     ``at rest``: whether it is also one of the page, of this user, and has not changed for AT_REST.
     """
-    found = {}
+    at_rest = {}
     for path in sorted(pathlib.Path(folder).glob('*.bag.active')):
         try:
             status = path.stat()
         except OSError:
             continue
-        found[path] = (path.name.startswith(f'{PREFIX}_') and status.st_uid == os.getuid()
-                       and time.time() - status.st_mtime > AT_REST)
-    opened = _open_files() if found else set()
-    return {path: at_rest for path, at_rest in found.items() if str(path.resolve()) not in opened}
+        at_rest[path] = (path.name.startswith(f'{PREFIX}_') and status.st_uid == os.getuid()
+                         and time.time() - status.st_mtime > AT_REST)
+    opened = _open_files() if at_rest else set()
+    return {path: rests for path, rests in at_rest.items() if str(path.resolve()) not in opened}
 
 
-def _open_files():
-    found = set()
+def _open_files() -> Set[str]:
+    paths = set()
     for link in glob.glob('/proc/[0-9]*/fd/*'):
         try:
-            found.add(os.readlink(link))
+            paths.add(os.readlink(link))
         except OSError:
             continue
-    return found
+    return paths
 
 
-def index(path):
+def index(path: str) -> Tuple[str, int]:
     """Write the index of a recording that was cut off, as rosbag reindex does, but without a copy; name it .bag.
 
     Return the new path and the number of messages; raise CutOff or OSError.
@@ -214,7 +216,7 @@ def index(path):
     return new, count
 
 
-def _read(path, mode):
+def _read(path: str, mode: str) -> int:
     """Read a bag without an index; return the number of messages. Mode 'a' also writes the index."""
     with rosbag.Bag(path, mode, allow_unindexed=True) as bag:
         with contextlib.suppress(io.UnsupportedOperation):  # the end of the file, which is torn, would be cut off
@@ -223,7 +225,7 @@ def _read(path, mode):
         return bag.get_message_count()
 
 
-def main():
+def main() -> None:
     """Index the recordings that are named on the command line."""
     if len(sys.argv) < 2 or sys.argv[1].startswith('-'):
         sys.exit('usage: rosrun course_page index_bag FILE.bag.active ...')

@@ -16,17 +16,15 @@ import shlex
 import signal
 import tempfile
 import time
-from typing import NamedTuple, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from browser_servers.core import web
 from course_page import recordings, running
-from course_page.reasons import died, plain, reason
+from course_page.reasons import died, last_lines, reason
 from course_page.recordings import Refused
 from plain_support.processes import BackgroundProcess, end_with_parent
 
-LAST_LINES = 12  # of a program's output
-LARGEST = 200  # [characters] of a line
-TAIL = 16384  # [bytes] of the output that are searched for them, once a second for each page
+TAIL = 16384  # [bytes] of the output that are searched for its last lines, once a second for each page
 REASON_TAIL = 1 << 18  # [bytes] of the output that are searched for the reason of its end
 MAX_BAGS = 20  # of the folder: the newest ones
 LOOK_INTERVAL = 1.0  # [s] between two questions to the master, for all pages together
@@ -54,11 +52,11 @@ class Question(Exception):
     """A program may only be started when others end, which its user has to say; the text asks for it."""
 
 
-def _launch(*arguments):
+def _launch(*arguments: str) -> Tuple[str, ...]:
     return ('roslaunch', *arguments)
 
 
-def _robot(name, title, about, world, file, model='robotont_gazebo_nuc'):
+def _robot(name: str, title: str, about: str, world: str, file: str, model: str = 'robotont_gazebo_nuc') -> Startable:
     given = () if model == 'robotont_gazebo_nuc' else (f'model:={model}',)
     return Startable(name, title, about, _launch('robotont_gazebo', file, *given),
                      ('/robotont_gazebo', '/robotont_camera', '/robot_state_publisher', '/odom',
@@ -96,20 +94,15 @@ STARTABLES = (
 RECORDERS = {'record': False, 'record_images': True}  # name: whether with images
 
 
-def last_lines(output):
-    """Return the last lines of what a program has printed, without colours."""
-    return '\n'.join(line[:LARGEST] for line in plain(output)[-LAST_LINES:])
-
-
-def bags(folder):
+def bags(folder: str) -> List[Startable]:
     """Return a Startable that plays a bag for each of the newest ones in a folder."""
-    found = {path: os.path.getmtime(path) for path in pathlib.Path(folder).glob('*.bag') if path.is_file()}
+    times = {path: os.path.getmtime(path) for path in pathlib.Path(folder).glob('*.bag') if path.is_file()}
     return [Startable(f'play {path.name}', f'Play {path.name}', 'Publishes the messages in this bag.',
                       ('rosbag', 'play', f'./{path.name}'))
-            for path in sorted(found, key=found.get, reverse=True)[:MAX_BAGS]]
+            for path in sorted(times, key=times.__getitem__, reverse=True)[:MAX_BAGS]]
 
 
-def indexers(paths):
+def indexers(paths: Iterable[pathlib.Path]) -> List[Startable]:
     """Return a Startable that indexes a recording for each of those that were cut off."""
     return [Startable(f'index {path.name}', f'Index {path.name}',
                       'This recording was not closed. With an index it can be played.',
@@ -123,15 +116,20 @@ class Starter:
     file.
     """
 
-    def __init__(self, startables=STARTABLES, folder='.', outlives=False):
-        self._fixed, self._place, self._outlives = startables, os.path.realpath(folder), outlives
-        self._startables, self._lock = {one.name: one for one in startables}, None
-        self._processes, self._ending, self._numbers = {}, set(), itertools.count()
-        self._reasons, self._watches = {}, set()
+    def __init__(self, startables: Sequence[Startable] = STARTABLES, folder: str = '.',
+                 outlives: bool = False) -> None:
+        self._fixed, self._work, self._outlives = startables, os.path.realpath(folder), outlives
+        self._startables = {startable.name: startable for startable in startables}
+        self._lock: Optional[asyncio.Lock] = None
+        self._processes: Dict[str, BackgroundProcess] = {}
+        self._ending: Set[str] = set()
+        self._numbers = itertools.count()
+        self._reasons: Dict[str, str] = {}
+        self._watches: Set[asyncio.Future[None]] = set()
         self._seen, self._looked = running.NOTHING, -LOOK_INTERVAL
         self._folder = tempfile.TemporaryDirectory(prefix='turtle_robotont_page_')
 
-    async def state(self):
+    async def state(self) -> List[Dict[str, str]]:
         """Return a dict of each program, for JSON.
 
         ``state`` is stopped, running, elsewhere (another has started it), stopping or failed; ``reason`` tells of its
@@ -139,41 +137,41 @@ class Starter:
         """
         await self._look()
         await _in_thread(self._look_for_bags)
-        return [{'name': one.name, 'title': one.title, 'about': self._about(one), 'command': shlex.join(one.command),
-                 'state': self._state(one.name), 'reason': self._reason(one.name), 'output': self._output(one.name)}
-                for one in self._startables.values()]
+        return [{'name': name, 'title': program.title, 'about': self._about(program),
+                 'command': shlex.join(program.command), 'state': self._state(name), 'reason': self._reason(name),
+                 'output': self._output(name)} for name, program in self._startables.items()]
 
-    async def _look(self, now=False):
+    async def _look(self, now: bool = False) -> None:
         """Ask the master what runs, unless it was asked just before."""
         if now or time.monotonic() - self._looked > LOOK_INTERVAL:
             self._looked = time.monotonic()
-            names = {name for one in self._fixed for name in one.unique if name != RECORDING}
-            parameters = {name for one in self._fixed for name, _ in one.parameters}
+            names = {name for program in self._fixed for name in program.unique if name != RECORDING}
+            parameters = {name for program in self._fixed for name, _ in program.parameters}
             self._seen = await _in_thread(running.look, sorted(names), sorted(parameters))
 
-    def _look_for_bags(self):
-        cut_off = recordings.cut_off(self._place)
-        for one in indexers([path for path, at_rest in cut_off.items() if at_rest]):
-            if one.name not in self._processes:  # once
-                self._launch(one)
-        kept = [one for name, one in self._startables.items() if name in self._processes and
+    def _look_for_bags(self) -> None:
+        cut_off = recordings.cut_off(self._work)
+        for indexer in indexers([path for path, at_rest in cut_off.items() if at_rest]):
+            if indexer.name not in self._processes:  # once
+                self._launch(indexer)
+        kept = [program for name, program in self._startables.items() if name in self._processes and
                 (name.startswith('index ') or self._runs(name))]
-        self._startables = {one.name: one for one in
-                            (*self._fixed, *indexers(cut_off), *bags(self._place), *kept)}
+        self._startables = {program.name: program for program in
+                            (*self._fixed, *indexers(cut_off), *bags(self._work), *kept)}
 
-    def _about(self, one):
-        if one.name not in RECORDERS:
-            return one.about
+    def _about(self, program: Startable) -> str:
+        if program.name not in RECORDERS:
+            return program.about
         try:
-            size = recordings.limit(self._place)
+            size = recordings.limit(self._work)
         except Refused as error:
-            return f'{one.about}. Not now: {error}.'
-        return f'{one.about} into {self._place}, for at most {recordings.LONGEST} minutes and {size} MB.'
+            return f'{program.about}. Not now: {error}.'
+        return f'{program.about} into {self._work}, for at most {recordings.LONGEST} minutes and {size} MB.'
 
-    def _runs(self, name):
+    def _runs(self, name: str) -> bool:
         return name in self._processes and self._processes[name].runs()
 
-    def _state(self, name):
+    def _state(self, name: str) -> str:
         process = self._processes.get(name)
         if name in self._ending:
             return 'stopping'
@@ -185,51 +183,52 @@ class Starter:
             return 'stopped'
         return 'failed' if process.process.returncode or died(process.output(REASON_TAIL)) else 'stopped'
 
-    def _elsewhere(self):
+    def _elsewhere(self) -> List[Startable]:
         """Return the programs of the list that others have started."""
-        ours = {name for one in self._started() for name in one.unique}
-        return [one for one in self._fixed if one.unique and one.unique[0] in self._seen.holders
-                and one.unique[0] not in ours and all(self._seen.values.get(name) == value
-                                                      for name, value in one.parameters)]
+        ours = {name for program in self._started() for name in program.unique}
+        return [program for program in self._fixed
+                if program.unique and program.unique[0] in self._seen.holders and program.unique[0] not in ours
+                and all(self._seen.values.get(name) == value for name, value in program.parameters)]
 
-    def _started(self):
-        return [one for name, one in self._startables.items() if self._runs(name)]
+    def _started(self) -> List[Startable]:
+        return [program for name, program in self._startables.items() if self._runs(name)]
 
-    def _reason(self, name):
+    def _reason(self, name: str) -> str:
         process = self._processes.get(name)
         if name in self._reasons:
             return self._reasons[name]
-        return reason(process.output(REASON_TAIL)) if self._state(name) == 'failed' else ''
+        return reason(process.output(REASON_TAIL)) if process and self._state(name) == 'failed' else ''
 
-    def _output(self, name):
+    def _output(self, name: str) -> str:
         process = self._processes.get(name)
         return last_lines(process.output(TAIL) if process else '')
 
-    async def start(self, name, instead=False):
+    async def start(self, name: str, instead: bool = False) -> None:
         """Start a program unless it runs; with ``instead``, end those first that it would disturb.
 
         Raise KeyError for an unknown name, Question if others have to end first, Refused, or OSError.
         """
         if name not in self._startables:
             await self.state()
-        one, self._lock = self._startables[name], self._lock or asyncio.Lock()
+        program, self._lock = self._startables[name], self._lock or asyncio.Lock()
         async with self._lock:
             if self._state(name) in ('running', 'stopping'):
                 return
             await self._look(now=True)
-            await self._make_room(one, instead)
+            await self._make_room(program, instead)
             if name in RECORDERS:
-                await self._record(one)
+                await self._record(program)
             else:
-                self._launch(one)
+                self._launch(program)
 
-    async def _make_room(self, one, instead):
-        """End the programs that ``one`` would disturb; without ``instead``, raise Question."""
-        ours = [other for other in self._started() if set(other.unique) & set(one.unique)]
-        holders = self._foreign(one, ours)
+    async def _make_room(self, program: Startable, instead: bool) -> None:
+        """End the programs that ``program`` would disturb; without ``instead``, raise Question."""
+        ours = [other for other in self._started() if set(other.unique) & set(program.unique)]
+        holders = self._foreign(program, ours)
         if not (ours or holders):
             return
-        titles = {other.title: other for other in (*ours, *self._elsewhere()) if set(other.unique) & set(one.unique)}
+        titles = {other.title: other for other in (*ours, *self._elsewhere())
+                  if set(other.unique) & set(program.unique)}
         what = ' and '.join(f'"{title}"' for title in titles) or ', '.join(sorted(holders))
         where = '' if ours else ', started in a terminal'
         if holders and not self._outlives and await _in_thread(running.started_with_this_page, holders):
@@ -241,50 +240,51 @@ class Starter:
             raise Question(f'{text} It loses {losses}.' if losses else text)
         for other in ours:
             await self.stop(other.name)
-        left = await _in_thread(running.end, lambda: self._foreign(one, (), running.look(one.unique)))
+        left = await _in_thread(running.end, lambda: self._foreign(program, (), running.look(program.unique)))
         if left:
             raise Refused(f'{", ".join(sorted(left))} did not end: end it in its terminal by Ctrl-C, then start this')
 
-    def _foreign(self, one, ours, seen=None):
-        """Return the nodes of others that ``one`` would disturb."""
+    def _foreign(self, program: Startable, ours: Collection[Startable],
+                 seen: Optional[running.Seen] = None) -> Set[str]:
+        """Return the nodes of others that ``program`` would disturb."""
+        contested = set(program.unique) - {name for other in ours for name in other.unique}
         holders = (seen or self._seen).holders
-        known = {name for other in ours for name in other.unique}
-        return set().union(*(users for name, users in holders.items() if name in one.unique and name not in known))
+        return {node for name, users in holders.items() if name in contested for node in users}
 
-    def _launch(self, one, command=None):
-        self._reasons.pop(one.name, None)
-        self._processes[one.name] = BackgroundProcess(
-            command or one.command, os.path.join(self._folder.name, str(next(self._numbers))), cwd=self._place,
+    def _launch(self, program: Startable, command: Sequence[str] = ()) -> None:
+        self._reasons.pop(program.name, None)
+        self._processes[program.name] = BackgroundProcess(
+            command or program.command, os.path.join(self._folder.name, str(next(self._numbers))), cwd=self._work,
             preexec_fn=functools.partial(end_with_parent, signal.SIGINT, os.getpid()))
 
-    async def _record(self, one):
-        size = recordings.limit(self._place)
-        with_images = RECORDERS[one.name]
+    async def _record(self, program: Startable) -> None:
+        size = recordings.limit(self._work)
+        with_images = RECORDERS[program.name]
         raw = await _in_thread(recordings.raw_topics)
         master = await _in_thread(recordings.master_id)
-        before = recordings.names(self._place)
-        self._launch(one, recordings.command(size, with_images, () if with_images else raw))
-        watch = asyncio.ensure_future(self._watch(one.name, size, master, before))
+        before = recordings.names(self._work)
+        self._launch(program, recordings.command(size, with_images, () if with_images else raw))
+        watch = asyncio.ensure_future(self._watch(program.name, size, master, before))
         self._watches.add(watch)  # the loop itself keeps no reference
         watch.add_done_callback(self._watches.discard)
 
-    async def _watch(self, name, size, master, before):
-        """End a recording at its limits, and tell what has become of it."""
+    async def _watch(self, name: str, size: int, master: Optional[int], before: Set[str]) -> None:
+        """End a recording at its limits, and keep what has become of it as the reason of its end."""
         begun, process, why = time.monotonic(), self._processes[name], ''
         while not why and await _in_thread(process.members):
             await asyncio.sleep(WATCH_INTERVAL)
             if name not in self._ending:
-                why = await _in_thread(recordings.reason_to_end, self._place, begun, master)
+                why = await _in_thread(recordings.reason_to_end, self._work, begun, master)
         if why:
             await self._end(name)
-        self._reasons[name] = await _in_thread(recordings.outcome, self._place, before, size, why)
+        self._reasons[name] = await _in_thread(recordings.outcome, self._work, before, size, why)
 
-    async def stop(self, name):
+    async def stop(self, name: str) -> None:
         """End a program, as Ctrl-C does; raise KeyError for an unknown name."""
         self._startables[name]
         await self._end(name)
 
-    async def _end(self, name):
+    async def _end(self, name: str) -> None:
         process = self._processes.get(name)
         if process is None or name in self._ending:
             return
@@ -295,7 +295,7 @@ class Starter:
         finally:
             self._ending.discard(name)
 
-    def end(self):
+    def end(self) -> None:
         """End all programs; the loop has ended."""
         for process in self._processes.values():
             process.signal(signal.SIGINT)
@@ -304,36 +304,36 @@ class Starter:
         self._folder.cleanup()
 
 
-def _end(name, process):
+def _end(name: str, process: BackgroundProcess) -> None:
     if name in RECORDERS:
         recordings.close(process, signal.SIGINT)
     else:
         process.stop()
 
 
-async def _in_thread(function, *arguments):
+async def _in_thread(function: Callable[..., Any], *arguments: Any) -> Any:
     return await asyncio.get_event_loop().run_in_executor(None, function, *arguments)
 
 
 class Programs(web.Guarded):
     """GET: the state of all programs as JSON. POST ``{"name": ..., "action": "start" or "stop"}`` changes it."""
 
-    async def get(self):
+    async def get(self) -> None:
         self.answer_json(json.dumps(await self.settings['starter'].state()))
 
-    async def post(self):
+    async def post(self) -> None:
         """Start or stop a program; answer with the state, with 400 and what is allowed, or with 409 and why not.
 
         Or with ``{"question": TEXT}``, and nothing is done: ``"instead": true`` in the request ends what is in the way.
         """
         starter = self.settings['starter']
         try:
-            asked = json.loads(self.request.body)
-            name, action = asked['name'], asked['action']
+            request = json.loads(self.request.body)
+            name, action = request['name'], request['action']
             if action not in ('start', 'stop'):
                 raise ValueError(f'action is {action!r:.40}; it must be "start" or "stop"')
             if action == 'start':
-                await starter.start(name, asked.get('instead') is True)
+                await starter.start(name, request.get('instead') is True)
             else:
                 await starter.stop(name)
         except Question as question:

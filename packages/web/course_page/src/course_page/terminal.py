@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 import urllib.parse
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -27,7 +28,7 @@ POLL_INTERVAL = 0.2  # [s]
 PAGE_CONFIG = {'disabledExtensions': {'@jupyterlab/apputils-extension:announcements': True}}  # it asks the user
 
 
-def options_of(arguments):
+def options_of(arguments: Sequence[str]) -> Tuple[argparse.Namespace, List[str]]:
     """Return (options, further arguments for JupyterLab)."""
     parser = argparse.ArgumentParser(prog='./run view --terminal', description=__doc__.partition('\n')[0],
                                      epilog='All other options are those of jupyter lab, such as --ip=0.0.0.0.')
@@ -39,7 +40,7 @@ def options_of(arguments):
     return parser.parse_known_args(arguments)
 
 
-def shown_folders(folder, here):
+def shown_folders(folder: Optional[str], here: str) -> Tuple[str, str]:
     """Return (root, opened): the folder that the editor shows, and the one in it, relative, that is opened at first.
 
     ``folder``: what the user asks for, or None: home, so that the paths of the course, which begin with ~, lie in it.
@@ -52,7 +53,7 @@ def shown_folders(folder, here):
     return root, '' if hidden else opened
 
 
-def configuration(port, jupyter, opened=''):
+def configuration(port: Optional[int], jupyter: str, opened: str = '') -> Dict[str, Any]:
     """Return the settings of JupyterLab: its launcher opens the page, which listens at ``port``, as a tab.
 
     Its terminals are those of ./run shell, by a file in the workspace that holds ``jupyter``. By itself it would start
@@ -60,7 +61,7 @@ def configuration(port, jupyter, opened=''):
     """
     rc_file = pathlib.Path(jupyter).absolute().parents[2] / 'shell.bash'
     shell = ['bash', '--rcfile', str(rc_file), '-i'] if rc_file.exists() else ['bash']
-    page = {'command': [], 'port': port, 'timeout': 20, 'new_browser_tab': False,
+    page: Dict[str, Any] = {'command': [], 'port': port, 'timeout': 20, 'new_browser_tab': False,
             'launcher_entry': {'title': TITLE}}
     return {'ServerProxy': {'servers': {'turtle_robotont': page}}, 'HomeContents': {'preferred_dir': opened},
             'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0,
@@ -68,13 +69,13 @@ def configuration(port, jupyter, opened=''):
                           'terminado_settings': {'shell_command': shell}}}
 
 
-def write_configuration(folder, settings):
+def write_configuration(folder: pathlib.Path, settings: Dict[str, Any]) -> None:
     (folder / 'jupyter_server_config.json').write_text(json.dumps(settings), encoding='utf-8')
     (folder / 'labconfig').mkdir()
     (folder / 'labconfig' / 'page_config.json').write_text(json.dumps(PAGE_CONFIG), encoding='utf-8')
 
 
-def main():
+def main() -> None:
     options, further = options_of(rospy.myargv()[1:])
     make_interruptible()
     here = os.path.realpath(os.getcwd())
@@ -96,17 +97,17 @@ def main():
             [options.jupyter, 'lab', f'--port={options.port}', f'--ServerApp.root_dir={root}', *further],
             os.path.join(folder, 'lab.txt'), env={**os.environ, 'JUPYTER_CONFIG_DIR': folder}))
         with contextlib.suppress(KeyboardInterrupt):
-            tell_address(lab)
+            print_address(lab)
             lab.process.wait()
         if lab.process.returncode:
             sys.exit(f'JupyterLab ended:\n{lab.output()}')
 
 
-def tell_address(lab):
+def print_address(lab: BackgroundProcess) -> None:
     """Print the address when JupyterLab has logged it. Its log would scroll the address away, so it is not shown."""
     while lab.runs():
-        found = ADDRESS.search(lab.output())
-        if found:
-            print(f'Open {found.group()} in a browser, and there the tab "{TITLE}". Ctrl-C ends it.', flush=True)
+        match = ADDRESS.search(lab.output())
+        if match:
+            print(f'Open {match.group()} in a browser, and there the tab "{TITLE}". Ctrl-C ends it.', flush=True)
             return
         time.sleep(POLL_INTERVAL)

@@ -4,17 +4,13 @@ import json
 import os
 import sys
 import time
-import urllib.error
-import urllib.request
 import xml.etree.ElementTree as ElementTree
+from types import SimpleNamespace
 
 import pytest
-import tornado.web
 
-from browser_servers.core import web
 from course_page import recordings, running, starter
 
-DEADLINE = 20.0  # [s]
 WAITS = 'import signal, sys, time; print("\\x1b[1mhere\\x1b[0m", flush=True); time.sleep(100)'
 STARTABLES = (starter.Startable('waits', 'Waits', '', (sys.executable, '-c', WAITS)),
               starter.Startable('fails', 'Fails', '', (sys.executable, '-c', 'raise SystemExit("no laser")')),
@@ -22,67 +18,46 @@ STARTABLES = (starter.Startable('waits', 'Waits', '', (sys.executable, '-c', WAI
 
 
 @pytest.fixture
-def server():
+def site(serve):
     programs = starter.Starter(STARTABLES)
-    made = web.Server(lambda: tornado.web.Application(
-        [('/programs', starter.Programs)], access=web.make_access('127.0.0.1', '', '', '', False, str, 0),
-        refused=lambda text: None, starter=programs, log_function=lambda handler: None), web.listen(0, '127.0.0.1'))
-    made.start()
-    yield made
-    made.stop()
+    yield serve('/programs', [('/programs', starter.Programs)], starter=programs)
     programs.end()
 
 
-def ask(server, body=None, **headers):
-    """Return (code, text) of a request."""
-    data = None if body is None else json.dumps(body).encode()
-    try:
-        with urllib.request.urlopen(urllib.request.Request(f'http://localhost:{server.port}/programs', data, headers),
-                                    timeout=DEADLINE) as answer:
-            return answer.status, answer.read().decode()
-    except urllib.error.HTTPError as error:
-        return error.code, error.read().decode()
-
-
-def until(server, name, **wanted):
+def until(site, name, **values):
     """Wait until a program has these values."""
-    end = time.monotonic() + DEADLINE
-    while True:
-        shown = next(one for one in json.loads(ask(server)[1]) if one['name'] == name)
-        if all(shown[key] == value for key, value in wanted.items()):
-            return
-        assert time.monotonic() < end, shown
-        time.sleep(0.01)
+    site.until(lambda programs: [program for program in programs
+                                 if program['name'] == name and values.items() <= program.items()])
 
 
-def test_a_program_is_started_once_and_stopped(server):
-    until(server, 'waits', state='stopped', output='')
+def test_a_program_is_started_once_and_stopped(site):
+    until(site, 'waits', state='stopped', output='')
     for _ in range(2):  # the second one changes nothing
-        assert ask(server, {'name': 'waits', 'action': 'start'})[0] == 200
-    until(server, 'waits', state='running', output='here')
-    assert ask(server, {'name': 'waits', 'action': 'stop'})[0] == 200
-    until(server, 'waits', state='stopped')
-    assert ask(server, {'name': 'waits', 'action': 'stop'})[0] == 200
+        assert site.post({'name': 'waits', 'action': 'start'})[0] == 200
+    until(site, 'waits', state='running', output='here')
+    assert site.post({'name': 'waits', 'action': 'stop'})[0] == 200
+    until(site, 'waits', state='stopped')
+    assert site.post({'name': 'waits', 'action': 'stop'})[0] == 200
 
 
-def test_a_program_that_fails_says_why_and_can_be_started_again(server):
+def test_a_program_that_fails_says_why_and_can_be_started_again(site):
     for _ in range(2):
-        ask(server, {'name': 'fails', 'action': 'start'})
-        until(server, 'fails', state='failed', output='no laser', reason='no laser')
+        site.post({'name': 'fails', 'action': 'start'})
+        until(site, 'fails', state='failed', output='no laser', reason='no laser')
 
 
-@pytest.mark.parametrize('body, code, said', [
+@pytest.mark.parametrize('body, code, text', [
     ({'name': 'rm -rf', 'action': 'start'}, 400, 'a NAME from the list'),
     ({'name': ['waits'], 'action': 'start'}, 400, 'a NAME from the list'), ([], 400, 'the request must be'),
     ({'name': 'waits'}, 400, 'the request must be'), ({'name': 'waits', 'action': 'kill'}, 400, '"start" or "stop"'),
     ({'name': 'absent', 'action': 'start'}, 500, 'absent cannot be started: No such file')])
-def test_other_requests_are_refused(server, body, code, said):
-    assert ask(server, body)[0] == code and said in ask(server, body)[1]
+def test_other_requests_are_refused(site, body, code, text):
+    assert site.post(body)[0] == code and text in site.post(body)[1]
 
 
-def test_another_site_starts_nothing(server):
-    assert ask(server, {'name': 'waits', 'action': 'start'}, Origin='http://elsewhere.example')[0] == 403
-    until(server, 'waits', state='stopped')
+def test_another_site_starts_nothing(site):
+    assert site.post({'name': 'waits', 'action': 'start'}, Origin='http://elsewhere.example')[0] == 403
+    until(site, 'waits', state='stopped')
 
 
 def test_bags_of_the_folder_can_be_played_the_newest_first(tmp_path):
@@ -202,14 +177,26 @@ def test_what_does_not_end_or_would_end_the_page_is_left(programs, monkeypatch):
     assert not graph.ended and states(programs)['turtle'] == 'elsewhere'
 
 
-def test_a_question_is_answered_by_another_request(monkeypatch, server):
+@pytest.mark.parametrize('argv, number, together', [
+    (['browser', '__log:=x'], os.getpid(), {'/turtlesim'}), (['browser'], os.getpid(), set()),
+    (['browser', '__log:=x'], 1, set())], ids=['one roslaunch', 'a terminal', 'another parent'])
+def test_which_nodes_the_roslaunch_of_this_page_has_started(monkeypatch, argv, number, together):
+    """Whatever the command of the parent is called: here it is that of pytest."""
+    monkeypatch.setattr(sys, 'argv', argv)
+    monkeypatch.setattr(running, 'Master', lambda timeout: SimpleNamespace(
+        request=lambda calls: [(1, '', 'http://localhost:1/')]))
+    monkeypatch.setattr(running, '_node', lambda uri: SimpleNamespace(getPid=lambda caller: (1, '', number)))
+    assert running.started_with_this_page(['/turtlesim']) == together
+
+
+def test_a_question_is_answered_by_another_request(monkeypatch, site):
     monkeypatch.setattr(starter.Starter, '_make_room', _question)
-    code, text = ask(server, {'name': 'waits', 'action': 'start'})
+    code, text = site.post({'name': 'waits', 'action': 'start'})
     assert code == 200 and json.loads(text) == {'question': 'End it?'}
-    assert 'question' in ask(server, {'name': 'waits', 'action': 'start', 'instead': 'yes'})[1]  # only true is a yes
-    until(server, 'waits', state='stopped')
-    assert ask(server, {'name': 'waits', 'action': 'start', 'instead': True})[0] == 200
-    until(server, 'waits', state='running')
+    assert 'question' in site.post({'name': 'waits', 'action': 'start', 'instead': 'yes'})[1]  # only true is a yes
+    until(site, 'waits', state='stopped')
+    assert site.post({'name': 'waits', 'action': 'start', 'instead': True})[0] == 200
+    until(site, 'waits', state='running')
 
 
 async def _question(self, one, instead):

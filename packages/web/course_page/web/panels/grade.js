@@ -31,10 +31,10 @@ export default class GradePanel extends Panel {
     fill(element, el('div', {class: 'toolbar'}, this._exercise.element, this._program.element, this._grade, this._stop,
                      button('Look for programs', () => this._list())),
          this._asks, this._notice.element, this._missing, this._state, this._verdict);
-    const timer = setInterval(() => document.hidden || this._ask(), POLL_INTERVAL); // also without a master
+    const timer = setInterval(() => document.hidden || this._update(), POLL_INTERVAL); // also without a master
     this.scope.add(() => clearInterval(timer));
     this._list();
-    this._ask();
+    this._update();
   }
 
   async _fetch(address, options = {}) {
@@ -47,7 +47,7 @@ export default class GradePanel extends Panel {
     try {
       const {exercises, programs, folders, error} = await this._fetch('grading/choices');
       if (this.scope.ended) return;
-      this._exercises = new Map(exercises.map((one) => [one.name, one]));
+      this._exercises = new Map(exercises.map((exercise) => [exercise.name, exercise]));
       const {parameters} = this.context;
       this._offer(this._exercise.input, exercises.map(({name, title}) => [name, `${title} (${name})`]), parameters.exercise);
       this._offer(this._program.input, programs.map((path) => [path, shortPath(path, folders)]), parameters.program);
@@ -61,8 +61,8 @@ export default class GradePanel extends Panel {
     }
   }
 
-  _offer(input, choices, wanted) {
-    const before = input.value || wanted;
+  _offer(input, choices, preferred) {
+    const before = input.value || preferred;
     fill(input, choices.map(([value, text]) => el('option', {value}, clean(text, 200))));
     if (choices.some(([value]) => value === before)) input.value = before;
   }
@@ -81,12 +81,12 @@ export default class GradePanel extends Panel {
     this._grade.disabled = this._running || !this._exercise.input.value || !this._program.input.value;
   }
 
-  _post(wanted) {
+  _post(request) {
     this._notice.say('');
-    return this._ask({method: 'POST', body: JSON.stringify(wanted)});
+    return this._update({method: 'POST', body: JSON.stringify(request)});
   }
 
-  async _ask(options = {}) {
+  async _update(options = {}) {
     try {
       const state = await this._fetch('grading', options);
       if (!this.scope.ended) this._show(state);
@@ -96,14 +96,14 @@ export default class GradePanel extends Panel {
   }
 
   _show(grading) {
-    const {state, number, exercise, program, seconds, said} = grading;
+    const {state, number, exercise, program, seconds, log} = grading;
     const before = this._running;
     this._running = state === 'running' || state === 'stopping';
     this._stop.disabled = state !== 'running';
     this._enable();
     const what = `${exercise}: ${clean(program.split('/').pop(), 100)}`;
     if (this._running) {
-      setText(this._state, `${what} ${state === 'stopping' ? 'is stopped' : 'is being graded'}, ${seconds.toFixed(0)} s. ${clean(said.split('\n').pop(), 300)}`);
+      setText(this._state, `${what} ${state === 'stopping' ? 'is stopped' : 'is being graded'}, ${seconds.toFixed(0)} s. ${clean(log.split('\n').pop(), 300)}`);
       fill(this._verdict);
       this._shown = '';
       return;
@@ -117,12 +117,12 @@ export default class GradePanel extends Panel {
   }
 }
 
-function report(what, {text, kind, hints, checks, notes}, {result, line, output, picture, number, said}) {
+function report(what, {text, kind, hints, checks, notes}, {result, command, output, picture, number, log}) {
   return el('section', {class: 'card verdict', 'aria-label': `Verdict on ${what}`},
     el('div', {class: 'row'}, el('h2', {}, clean(result?.title ?? what, 200)), el('strong', {class: `pill ${kind}`}, text)),
     el('p', {class: 'muted small'}, what),
     hints.map((hint) => el('p', {class: 'notice'}, clean(hint, 1000))),
-    result ? null : el('pre', {class: 'small', tabIndex: 0, 'aria-label': 'Output of the grader'}, clean(said, 4000, true)),
+    result ? null : el('pre', {class: 'small', tabIndex: 0, 'aria-label': 'Output of the grader'}, clean(log, 4000, true)),
     checks.length ? el('table', {}, el('thead', {}, el('tr', {}, ['Points', 'Asked', 'Seen'].map((title) => el('th', {scope: 'col'}, title)))),
                        el('tbody', {}, checks.map(({points, of, asked, seen}) => el('tr', {},
                          el('td', {class: 'number'}, `${points} of ${of}`), el('td', {}, clean(asked, 1000)), el('td', {}, clean(seen, 1000)))))) : null,
@@ -130,5 +130,5 @@ function report(what, {text, kind, hints, checks, notes}, {result, line, output,
     output ? el('details', {}, el('summary', {}, 'What the program has printed, with times'),
                 el('pre', {class: 'small', tabIndex: 0, 'aria-label': 'Output of the program'}, clean(output, 60000, true))) : null,
     notes.map((note) => el('p', {class: 'muted small'}, clean(note, 600))),
-    el('p', {class: 'muted small'}, result ? 'The same again, in a terminal:' : 'In a terminal:'), commandLine(line));
+    el('p', {class: 'muted small'}, result ? 'The same again, in a terminal:' : 'In a terminal:'), commandLine(command));
 }
