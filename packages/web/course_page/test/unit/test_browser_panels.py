@@ -77,7 +77,7 @@ def value(page, module, expression):
     ('navigation_map', '[...new Uint8Array(m.mapColours().buffer)].slice(4 * 100, 4 * 101)', [0, 0, 0, 255]),
     ('navigation_map', '[...new Uint8Array(m.mapColours().buffer)].slice(4 * 255)', [112, 137, 134, 255]),
     ('navigation_map', '[0, 99, 100, 255].map((value) => m.costColours()[value] >>> 24)', [0, 150, 200, 0]),
-    ('log', '''(() => {
+    ('../console', '''(() => {
         const log = (secs, msg) => ({header: {stamp: {secs, nsecs: 0}}, name: "/a", msg});
         return m.merged([log(1, "old"), log(2, "both")], [log(2, "both"), log(2, "new")]).map((one) => one.msg);
      })()''', ['old', 'both', 'new']),
@@ -86,9 +86,9 @@ def value(page, module, expression):
     ('../../app/drive', 'm.gamepadInput({axes: [-1, 0, 1, 0], buttons: []}, true)', {'x': 0, 'y': 1, 'turn': -1}),
     ('../../app/drive', 'm.gamepadInput({axes: [0.09, -0.05], buttons: []}, true)', None),
     ('../../app/drive', 'm.gamepadInput({axes: [1, 1], buttons: [{}, {pressed: true}]}, true)', None),
-    ('namespaces', '["/rosout", "/turtle1/pose", "/camera/color/image_raw", "bare"].map(m.namespaceOf)',
+    ('rows', '["/rosout", "/turtle1/pose", "/camera/color/image_raw", "bare"].map(m.namespaceOf)',
      ['/', '/turtle1', '/camera', '/']),
-    ('namespaces', """(() => {
+    ('rows', """(() => {
         const list = new m.NamespaceList("x"), row = (name) => ({name, element: document.createElement("li")});
         const rows = ["/b/y", "/b/x", "/a", "/c/z"].map(row);
         rows[3].element.hidden = true;
@@ -118,27 +118,27 @@ def value(page, module, expression):
     ('../../app/address', 'm.withoutToken("http://localhost:8000/?token=a-b&x=1#/plot?fields=/a/x")',
      'http://localhost:8000/?x=1#/plot?fields=/a/x'),
     ('../../app/address', 'm.withoutToken("https://class.example/turtle/?token=a#/")', 'https://class.example/turtle/#/'),
-    ('../../app/layouts',
+    ('../../app/shell',
      """[{"mine": "#/plot?a=1", "bad": "javascript:alert(1)", "worse": 5}, null, [], 5, "x"].map(m.savedLayouts)""",
      [{'mine': '#/plot?a=1'}, {}, {}, {}, {}]),
     ('../../app/dom', '(m.store("a", [1]), localStorage.setItem("b", "["), ["a", "b", "c"].map(m.stored))',
      [[1], None, None]),
-    ('verdict', 'm.verdictOf({result: null})',
+    ('../grade', 'm.verdictOf({result: null})',
      {'text': 'no verdict', 'kind': 'bad', 'hints': [], 'checks': [], 'notes': []}),
-    ('verdict', f'm.verdictOf({json.dumps(GRADED)})',
+    ('../grade', f'm.verdictOf({json.dumps(GRADED)})',
      {'text': 'failed, 20 of 100', 'kind': 'bad', 'hints': ['it teleports', 'Hint: look at x'],
       'checks': [{'points': '20', 'of': '20', 'asked': 'move', 'seen': 'moved'}],
       'notes': ['chmod', 'Graded 3.5 s of simulated time; isolation of the program: namespace.']}),
-    ('verdict', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, certain: true}}}}).hints',
+    ('../grade', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, certain: true}}}}).hints',
      ['it teleports', 'Mistake: look at x']),
-    ('verdict', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, outcome: "undecided"}}}}).text',
+    ('../grade', f'm.verdictOf({{result: {{...{json.dumps(GRADED["result"])}, outcome: "undecided"}}}}).text',
      'undecided'),
-    ('verdict', 'm.shortPath("/w/src/a/b.py", ["/w/src"])', 'b.py (a)'),
-    ('verdict', 'm.shortPath("/w/b.py", ["/w"])', 'b.py'),
-    ('verdict', 'm.shortPath("/w/src/a/b.py", ["/w", "/w/src", "/h"])', 'b.py (src/a)'),
-    ('layout', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
-    ('layout', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
-    ('layout', 'm.largest([null, null], 400, 100)', None),
+    ('../grade', 'm.shortPath("/w/src/a/b.py", ["/w/src"])', 'b.py (a)'),
+    ('../grade', 'm.shortPath("/w/b.py", ["/w"])', 'b.py'),
+    ('../grade', 'm.shortPath("/w/src/a/b.py", ["/w", "/w/src", "/h"])', 'b.py (src/a)'),
+    ('../graph', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
+    ('../graph', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
+    ('../graph', 'm.largest([null, null], 400, 100)', None),
     ('../../app/ros', 'm.addressFor("http://localhost:8000/?token=a/b#/plot?fields=/a/x")', 'ws://localhost:8000/'),
     ('../../app/ros', 'm.addressFor("https://class.example/hub/turtle/index.html#/")', 'wss://class.example/hub/turtle/'),
     ('../../app/video', '["/", "/index.html", "/turtle/", "/user/ann/proxy/8000/"].map(m.isStreamed)',
@@ -166,12 +166,12 @@ def value(page, module, expression):
     ('samples', 'm.toCsv(["/a", "b\\"c"], [[1, 2], [0.5, null], [3, 4]])',
      '"time","/a","b""c"\n1.0000,0.5,3\n2.0000,,4\n'),
     ('samples', 'm.summary([0, 1, 2, 3], [9, 1, null, 4], 1, 3)', {'last': 4, 'min': 1, 'max': 4}),
-    ('parameter_values',
+    ('../parameters',
      '["1", "1.0", "true", "[1, 2]", "a b", "\\"1\\"", "[1"].map((text) => m.parseValue(text).kind)',
      ['int', 'double', 'bool', 'list', 'text', 'text', '']),
-    ('parameter_values', '[1, "1", "a", true, [1], {a: "b"}].map(m.valueText)',
+    ('../parameters', '[1, "1", "a", true, [1], {a: "b"}].map(m.valueText)',
      ['1', '"1"', 'a', 'true', '[1]', '{"a":"b"}']),
-    ('parameter_values', 'm.flatten({b: {c: 1, d: {}}, a: [1]})', [['/a', [1]], ['/b/c', 1], ['/b/d', {}]]),
+    ('../parameters', 'm.flatten({b: {c: 1, d: {}}, a: [1]})', [['/a', [1]], ['/b/c', 1], ['/b/d', {}]]),
     ('parts', '''m.asArgument({x: 1, name: "it's", list: [true, "NaN"]})''',
      """'{x: 1, name: "it'\\''s", list: [true, .nan]}'"""),
 ])
@@ -203,15 +203,15 @@ TREE = '''(() => {
      [['b', 0, 'it is its own ancestor: the frames below form a circle'], ['a', 1, '']]),
 ], ids=['nothing', 'tree', 'lost', 'static', 'two parents', 'two trees', 'circle'])
 def test_frames_form_a_tree_and_faults_are_named(page, sent, now, trees, rows):
-    assert value(page, 'frame_tree', TREE % (sent, now)) == {'trees': trees, 'rows': rows}
+    assert value(page, '../frames', TREE % (sent, now)) == {'trees': trees, 'rows': rows}
 
 
 def test_rates_and_angles_of_frames(page):
-    assert value(page, 'frame_tree', 'm.rateOf({times: [0, 0.5, 1]})') == 2
-    assert value(page, 'frame_tree', 'm.rateOf({times: [3]})') == 0
+    assert value(page, '../frames', 'm.rateOf({times: [0, 0.5, 1]})') == 2
+    assert value(page, '../frames', 'm.rateOf({times: [3]})') == 0
     # a quarter turn about z, then one about y with a value that rounding has pushed beyond 1
-    assert value(page, 'frame_tree', 'm.rollPitchYaw({x: 0, y: 0, z: 0.6, w: 0.8})') == pytest.approx([0, 0, 1.2870022])
-    assert value(page, 'frame_tree', 'm.rollPitchYaw({x: 0, y: 0.7071068, z: 0, w: 0.7071069})')[1] == \
+    assert value(page, '../frames', 'm.rollPitchYaw({x: 0, y: 0, z: 0.6, w: 0.8})') == pytest.approx([0, 0, 1.2870022])
+    assert value(page, '../frames', 'm.rollPitchYaw({x: 0, y: 0.7071068, z: 0, w: 0.7071069})')[1] == \
         pytest.approx(1.5707963)
 
 
@@ -227,11 +227,11 @@ DESCRIPTION = json.dumps({
 
 
 def test_parameters_of_dynamic_reconfigure_are_described(page):
-    size, acc = value(page, 'reconfigure', f'm.parametersOf({DESCRIPTION})')
+    size, acc = value(page, '../reconfigure', f'm.parametersOf({DESCRIPTION})')
     assert size == {'name': 'size', 'type': 'int', 'text': 'how large', 'min': 0, 'max': 7, 'usual': 7,
                     'choices': [['0', 'Small'], ['7', 'Large']]}
     assert (acc['name'], acc['min'], acc['max'], acc['usual'], acc['choices']) == ('acc', 0.5, 2.5, 1.5, [])
-    assert value(page, 'reconfigure', 'm.changeOf({name: "acc", type: "double"}, 2)') == {
+    assert value(page, '../reconfigure', 'm.changeOf({name: "acc", type: "double"}, 2)') == {
         'bools': [], 'ints': [], 'strs': [], 'doubles': [{'name': 'acc', 'value': 2}], 'groups': []}
 
 
@@ -240,13 +240,13 @@ def test_parameters_of_dynamic_reconfigure_are_described(page):
     ('double', '', 'error: acc is ""; it must be a number.'),
     ('int', '1.5', 'error: acc is "1.5"; it must be a whole number.'), ('str', ' a', ' a'), ('bool', 'true', True)])
 def test_a_typed_value_is_checked(page, kind, text, expected):
-    assert value(page, 'reconfigure', 'm.parseFor({name: "acc", type: "double", min: null, max: null}, "-3")') == -3
+    assert value(page, '../reconfigure', 'm.parseFor({name: "acc", type: "double", min: null, max: null}, "-3")') == -3
     asked = f'm.parseFor({{name: "acc", type: "{kind}", min: 0.5, max: 2.5}}, {json.dumps(text)})'
-    assert value(page, 'reconfigure', asked) == expected
+    assert value(page, '../reconfigure', asked) == expected
 
 
 def test_rates_are_those_of_the_messages(page):
-    assert value(page, 'monitor', '''(() => {
+    assert value(page, '../topics', '''(() => {
         const meter = new m.Meter();
         for (let i = 0; i < 100; i += 1) meter.add(i / 50, 20);
         return [meter.read(1.98), meter.read(60)];
@@ -266,7 +266,7 @@ def test_samples_are_bounded(page):
 
 
 def test_log_is_bounded_and_counts_repeated_messages(page):
-    size, dropped, times = value(page, 'log', '''(() => {
+    size, dropped, times = value(page, '../console', '''(() => {
         const log = new m.Log(100);
         const message = (i) => ({level: 2, name: '/n', msg: `${i}`, header: {stamp: {secs: 1, nsecs: 0}}, file: '',
                                  line: 1, function: ''});
@@ -280,7 +280,7 @@ def test_log_is_bounded_and_counts_repeated_messages(page):
 
 
 def test_a_graph_of_50_nodes_is_laid_out_without_overlaps(page):
-    boxes = value(page, 'layout', '''(() => {
+    boxes = value(page, '../graph', '''(() => {
         const nodes = Array.from({length: 50}, (_, i) => `/node${i}`);
         const topics = nodes.map((name) => `${name}/topic`);
         const edges = nodes.flatMap((name, i) => [[`n:${name}`, `t:${name}/topic`, ''],
@@ -297,7 +297,7 @@ def test_a_graph_of_50_nodes_is_laid_out_without_overlaps(page):
 @pytest.mark.parametrize('step', COURSE, ids=lambda step: step.folder.name)
 def test_every_command_of_a_page_is_read(page, step):
     text = step.page.read_text(encoding='utf-8')
-    commands = [command['text'] for block in value(page, 'course_text', f'm.parseStep({json.dumps(text)})')
+    commands = [command['text'] for block in value(page, '../course', f'm.parseStep({json.dumps(text)})')
                 if block['kind'] == 'commands' for command in block['commands']]
     blocks = re.findall(r'```bash\n(.*?)```', text, re.DOTALL)
     assert len(commands) == len([line for block in blocks for line in block.splitlines() if line.strip()])
@@ -449,7 +449,7 @@ def test_a_message_does_not_cover_the_picture_on_a_phone_held_sideways(page):
 
 
 TRANSFORMS = """(async () => {
-    const {Transforms} = await import("/app/transforms.js");
+    const {Transforms} = await import("/app/frames.js");
     const takers = [];
     const frames = new Transforms({subscribe: (topic, type, take) => takers.push(take)});
     const set = (parent, child, x, y, yaw) => takers[0]({transforms: [{header: {frame_id: parent},

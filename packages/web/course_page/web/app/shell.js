@@ -1,14 +1,19 @@
 // The page around the panels: menu, addresses, states of the connection, messages.
-
 import {addressOf, besideOf, besideParameters, MOST_BESIDE, ownParameters, parseAddress} from './address.js';
-import {CROSS, commandLine, el, fill, icon} from './dom.js';
-import {layoutMenu} from './layouts.js';
+import {CROSS, commandLine, el, fill, icon, store, stored} from './dom.js';
 import {PANELS} from './panels.js';
 import {Rosapi} from './rosapi.js';
 
 const TOAST_TIME = 8000;   // [ms]
 const MAX_TOASTS = 3;
 const CONNECTING = 1500;   // [ms] before the page says that it connects
+const LAYOUTS = 'layouts';  // in the browser's storage
+const MAX_LAYOUTS = 30;
+const MAX_LAYOUT_NAME = 60; // characters
+const READY = {
+  'Turtle, plot, graph': '#/turtle?plot.fields=/turtle1/pose/x,/turtle1/pose/y&beside=plot,graph',
+  'Robotont, camera, frames, console': '#/robot?beside=image,frames,console',
+};
 
 const find = (id) => document.getElementById(id);
 
@@ -239,4 +244,41 @@ function makeThemeButton() {
   const button = find('theme');
   button.append(icon('M12 3a9 9 0 1 0 0 18V3zM12 3a9 9 0 0 1 0 18'));
   button.addEventListener('click', () => dispatchEvent(new Event('switchtheme')));
+}
+
+// Return the saved layouts, {name: address}; what is in the browser may be anything.
+export function savedLayouts(kept) {
+  return Object.fromEntries(Object.entries(kept ?? {}).filter(([, address]) => /^#\/\w+/.test(address)).slice(0, MAX_LAYOUTS));
+}
+
+// Return the menu of layouts; `titleOf(id)` is the title of a panel.
+function layoutMenu(titleOf) {
+  const name = el('input', {type: 'text', autocomplete: 'off', maxLength: MAX_LAYOUT_NAME});
+  const list = el('ul', {});
+  const read = () => savedLayouts(stored(LAYOUTS));
+  const write = (layouts) => {
+    store(LAYOUTS, layouts);
+    show();
+  };
+  const link = (title, address) => el('a', {href: address, on: {click: () => { menu.open = false; }}}, title);
+  function show() {
+    const saved = read();
+    fill(list, Object.entries(READY).map(([title, address]) => el('li', {}, link(title, address))),
+         Object.entries(saved).map(([title, address]) => el('li', {}, link(title, address), el('button', {
+           class: 'plain', type: 'button', 'aria-label': `Delete the layout ${title}`, on: {click: () => {
+             const {[title]: gone, ...others} = saved;
+             write(others);
+           }}}, icon(CROSS)))));
+  }
+  const save = (event) => {
+    event.preventDefault();
+    const {id, parameters} = parseAddress(location.hash);
+    const usual = [id || 'turtle', ...besideOf(id, parameters)].map(titleOf).join(', ');
+    write({...read(), [name.value.trim() || usual.slice(0, MAX_LAYOUT_NAME)]: location.hash || '#/turtle'});
+    name.value = '';
+  };
+  const menu = el('details', {class: 'layouts', on: {toggle: show}}, el('summary', {}, 'Layouts'),
+    el('div', {class: 'card'}, list, el('form', {class: 'row', on: {submit: save}},
+      el('label', {class: 'field'}, 'Name for what is shown now', name), el('button', {type: 'submit'}, 'Save'))));
+  return menu;
 }

@@ -1,10 +1,10 @@
 // Grade: a program of the user is graded, and its verdict shown.
 import {commandLine, el, emptyState, fill} from '../app/dom.js';
 import {button, choice, Notice, Panel, setText} from './lib/parts.js';
-import {shortPath, verdictOf} from './lib/verdict.js';
 import {clean} from './lib/values.js';
 
 const POLL_INTERVAL = 1000; // [ms]
+const KINDS = {passed: 'good', failed: 'bad', undecided: 'busy'};
 
 export const help = [
   'Grades a program as ./run grade does: with a master and a simulator of its own, which do not touch what you see in the '
@@ -131,4 +131,32 @@ function report(what, {text, kind, hints, checks, notes}, {result, command, outp
                 el('pre', {class: 'small', tabIndex: 0, 'aria-label': 'Output of the program'}, clean(output, 60000, true))) : null,
     notes.map((note) => el('p', {class: 'muted small'}, clean(note, 600))),
     el('p', {class: 'muted small'}, result ? 'The same again, in a terminal:' : 'In a terminal:'), commandLine(command));
+}
+
+// Return {text, kind, hints, checks, notes} of a grading that has ended; without a result, it broke off.
+export function verdictOf({result}) {
+  if (!result) return {text: 'no verdict', kind: 'bad', hints: [], checks: [], notes: []};
+  const {outcome, score, objections, hints, certain, notes, reasons, seconds, isolation} = result;
+  const points = outcome === 'undecided' ? '' : `, ${number(score)} of 100`;
+  const again = outcome === 'undecided' ? ['That is no fault of the program: grade it again.'] : [];
+  return {
+    text: `${outcome}${points}`, kind: KINDS[outcome] ?? 'busy',
+    hints: [...objections, ...hints.map((hint) => `${certain ? 'Mistake' : 'Hint'}: ${hint}`), ...again],
+    checks: reasons.map((reason) => ({...reason, points: number(reason.points), of: number(reason.of)})),
+    notes: [...notes, `Graded ${number(seconds)} s of simulated time; isolation of the program: ${isolation || 'none'}.`],
+  };
+}
+
+// Return the name of a program, and its folder as seen from one of the folders, with that one's name if there are several.
+export function shortPath(path, folders) {
+  const folder = folders.filter((one) => path.startsWith(`${one}/`)).sort((a, b) => b.length - a.length)[0];
+  if (!folder) return path;
+  const parts = path.slice(folder.length + 1).split('/');
+  const name = parts.pop();
+  if (folders.length > 1) parts.unshift(folder.split('/').pop());
+  return parts.length ? `${name} (${parts.join('/')})` : name;
+}
+
+function number(value) {
+  return String(Math.round(value * 10) / 10);
 }

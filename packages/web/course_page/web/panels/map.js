@@ -1,9 +1,8 @@
 // Navigation: map, costmaps, particles, paths; where the robot is, and where it shall go.
 
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {bare, planar, scanPoints} from '../app/frames.js';
+import {bare, planar, scanPoints, Transforms} from '../app/frames.js';
 import {Panel} from '../app/scope.js';
-import {Transforms} from '../app/transforms.js';
 import {NavigationMap, costColours, mapColours} from './lib/navigation_map.js';
 
 styleSheet('panels/robot.css');

@@ -108,7 +108,7 @@ class NodeRow extends Row {
 }
 
 function list(title, names, show) {
-  return el('div', {}, el('h3', {}, `${title} (${names.length})`),
+  return el('div', {}, el('h2', {}, `${title} (${names.length})`),
             names.length ? el('ul', {class: 'plain-list'}, [...names].sort().slice(0, 200).map((name) => el('li', {}, show(name))))
               : el('p', {class: 'muted small'}, 'nothing'));
 }

@@ -1,12 +1,12 @@
 // Reconfigure: the parameters of dynamic_reconfigure, which nodes read while they run.
 import {commandLine, el, emptyState, fill} from '../app/dom.js';
 import {choice, Notice, Panel, setText} from './lib/parts.js';
-import {changeOf, parametersOf, parseFor, valuesOf} from './lib/reconfigure.js';
 import {clean} from './lib/values.js';
 
 const LIST = 2; // s between two polls
 const TYPE = 'dynamic_reconfigure/ConfigDescription';
 const SUFFIX = '/parameter_descriptions';
+const LISTS = {bool: 'bools', int: 'ints', str: 'strs', double: 'doubles'}; // types of parameters: fields of a Config
 
 export const help = [
   'Parameters that can be changed while a node runs, with dynamic_reconfigure: move_base has some. A change is sent '
@@ -113,4 +113,55 @@ class Row {
 
 function short(value, unlimited) {
   return value === null || Math.abs(value) >= 1e9 ? unlimited : String(value);
+}
+
+// Return Map {name: value} of a dynamic_reconfigure/Config.
+function valuesOf(config) {
+  return new Map(Object.values(LISTS).flatMap((list) => config[list].map(({name, value}) => [name, value])));
+}
+
+// Return [{name, type, text, min, max, usual, choices}] of a dynamic_reconfigure/ConfigDescription, each name once.
+export function parametersOf(description) {
+  const [least, most, usual] = ['min', 'max', 'dflt'].map((key) => valuesOf(description[key]));
+  const found = new Map();
+  for (const {parameters} of description.groups) {
+    for (const {name, type, description: text, edit_method: edit} of parameters) {
+      if (!(type in LISTS)) continue;
+      found.set(name, {name, type, text, min: least.get(name), max: most.get(name), usual: usual.get(name), choices: choicesOf(edit)});
+    }
+  }
+  return [...found.values()];
+}
+
+// Return the Config that changes one parameter.
+export function changeOf({name, type}, value) {
+  const config = {bools: [], ints: [], strs: [], doubles: [], groups: []};
+  config[LISTS[type]].push({name, value});
+  return config;
+}
+
+// Return what a user has typed as a value of a parameter; throw an Error with what is allowed. Infinity comes as null.
+export function parseFor({name, type, min, max}, text) {
+  if (type === 'str') return text;
+  if (type === 'bool') return text === 'true';
+  const value = Number(text);
+  if (!text.trim() || !Number.isFinite(value) || (type === 'int' && !Number.isInteger(value))) {
+    throw new Error(`${name} is "${text}"; it must be a ${type === 'int' ? 'whole ' : ''}number.`);
+  }
+  if (value < (min ?? -Infinity) || value > (max ?? Infinity)) {
+    throw new Error(`${name} is ${text}; it must be from ${min ?? '-∞'} to ${max ?? '∞'}.`);
+  }
+  return value;
+}
+
+// Return [[value, name]] of an enumeration, which is Python's text of a dictionary; [] if there is none.
+function choicesOf(edit) {
+  if (!/^\{.*'enum': \[/s.test(edit)) return [];
+  return [...edit.matchAll(/\{[^{}]*\}/g)].map(([entry]) => [read(entry, 'value'), read(entry, 'name')])
+    .filter(([value, name]) => value !== null && name !== null);
+}
+
+function read(entry, key) {
+  const found = entry.match(new RegExp(`'${key}': (?:'([^']*)'|"([^"]*)"|([^,}]+))`));
+  return found ? found[1] ?? found[2] ?? found[3].trim() : null;
 }

@@ -1,19 +1,24 @@
 // Topics: types, rates, bandwidths, live values; publishing by a form.
-import {el, fill} from '../app/dom.js';
+import {commandLine, el, fill} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
-import {labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
-import {Monitor} from './lib/monitor.js';
-import {showPublisher} from './lib/publisher.js';
+import {asArgument, button, labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
 import {Row, RowsPanel} from './lib/rows.js';
 import {Tree} from './lib/tree.js';
 import {messageTypes} from './lib/types.js';
-import {bytesText, clean} from './lib/values.js';
+import {bytesText, clean, sizeOf} from './lib/values.js';
+import {Form, Invalid} from './lib/form.js';
 
 const LIST = 2; // s between two polls for topics
 const NODES = 3; // s between two polls for publishers and subscribers
 const SHOW = 0.25; // s between two updates of what is open
 const PICTURES = new Set(['sensor_msgs/Image', 'sensor_msgs/CompressedImage']);
 const MOST_OPEN = 30;
+const RATE_WINDOW = 3; // s in which a rate is measured
+const LIGHT = 20000; // bytes: larger messages are not all fetched
+const SAMPLE_RATE = 2; // Hz, for topics with large messages
+const MAX_RATE = 100; // Hz of publishing repeatedly
+const VELOCITY = 'geometry_msgs/Twist';
+const ZERO = {linear: {x: 0, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}};
 
 export const help = [
   'Every topic with its type. Open one to see its values, rate and bandwidth, and to publish on it.',
@@ -190,4 +195,157 @@ class TopicRow extends Row {
 function names(list) {
   return list.length ? list.slice(0, 10).map((name) => clean(name, 80)).join(', ')
     + (list.length > 10 ? ` and ${list.length - 10} more` : '') : 'none';
+}
+
+// Counts messages and bytes; times are in seconds.
+export class Meter {
+  constructor() {
+    this._marks = []; // [time, messages, bytes]
+  }
+
+  add(time, bytes, messages = 1) {
+    this._marks.push([time, messages, bytes * messages]);
+    while (this._marks.length > 2 && this._marks[1][0] < time - RATE_WINDOW) this._marks.shift();
+  }
+
+  // Return {rate, bandwidth} at a time; null for each while there are too few messages.
+  read(now) {
+    const marks = this._marks;
+    if (marks.length < 2) return null;
+    const first = marks[0];
+    const last = marks[marks.length - 1];
+    const span = Math.max(last[0] - first[0], 1e-3);
+    const between = span / (marks.length - 1);
+    if (now - last[0] > Math.max(RATE_WINDOW, 3 * between)) return {rate: 0, bandwidth: 0};
+    let messages = 0;
+    let bytes = 0;
+    for (let i = 1; i < marks.length; i += 1) {
+      messages += marks[i][1];
+      bytes += marks[i][2];
+    }
+    return {rate: messages / span, bandwidth: bytes / span};
+  }
+}
+
+// Subscribes to a topic until `end()`. Of large messages only some are fetched; the sequence numbers in their headers
+// then tell how many there were.
+class Monitor {
+  constructor(ros, topic, type, types) {
+    this.message = undefined;
+    this.count = 0;
+    this.size = 0; // bytes of the last message
+    this.partial = false; // whether the rate may be higher than shown
+    this._ros = ros;
+    this._topic = topic;
+    this._type = type;
+    this._types = types;
+    this._meter = new Meter();
+    this._sequence = null;
+    this._light = false;
+    this._end = this._subscribe(SAMPLE_RATE);
+  }
+
+  read() {
+    return this._meter.read(performance.now() / 1000);
+  }
+
+  end() {
+    this._end();
+  }
+
+  _subscribe(rate) {
+    return this._ros.subscribe(this._topic, this._type, (message) => this._received(message), {rate});
+  }
+
+  _received(message) {
+    this.message = message;
+    this.count += 1;
+    this.size = sizeOf(message, this._types.root, null, this._types);
+    if (!this._light && this.size <= LIGHT) {
+      this._light = true;
+      const end = this._end;
+      this._end = this._subscribe(0);
+      end();
+      return;
+    }
+    this._meter.add(performance.now() / 1000, this.size, this._light ? 1 : this._skipped(message));
+  }
+
+  // Return how many messages have been published since the last received one.
+  _skipped(message) {
+    const sequence = message.header ? message.header.seq : undefined;
+    const before = this._sequence;
+    this._sequence = sequence;
+    this.partial = !(sequence > before);
+    return before !== null && sequence > before && sequence - before < 10000 ? sequence - before : 1;
+  }
+}
+
+// Fill `place` with a form that publishes on a topic, until the scope ends. A vehicle is stopped at the end.
+async function showPublisher(place, scope, context, topic, type) {
+  const types = await messageTypes(context.ros, type);
+  if (scope.ended) return;
+  const form = new Form(types);
+  const notice = new Notice();
+  const command = el('div', {});
+  const rate = labelled('Times a second', {value: '10', inputmode: 'decimal', size: 5});
+  let timer = null;
+  let sent = 0;
+
+  const send = () => {
+    const message = form.read();
+    if (!context.ros.publish(topic, type, message)) throw new Invalid('There is no connection to ROS.');
+    sent += 1;
+    return message;
+  };
+  const attempt = (work) => {
+    try {
+      work();
+    } catch (error) {
+      stop();
+      if (!(error instanceof Invalid)) throw error;
+      notice.say(error.message, true);
+    }
+  };
+  const stop = () => {
+    if (timer === null) return;
+    clearInterval(timer);
+    timer = null;
+    if (type === VELOCITY) context.ros.publish(topic, type, ZERO);
+    repeat.textContent = 'Publish repeatedly';
+    repeat.setAttribute('aria-pressed', 'false');
+    notice.say(type === VELOCITY ? `Stopped after ${sent} messages, with a velocity of zero.`
+      : `Stopped after ${sent} messages.`);
+  };
+  const showCommand = (message, option) => fill(command,
+    el('p', {class: 'muted small'}, 'The same in a terminal:'),
+    commandLine(`rostopic pub ${option} ${topic} ${type} ${asArgument(message)}`));
+  const once = button('Publish once', () => attempt(() => {
+    showCommand(send(), '-1');
+    notice.say(sent === 1 ? 'Published.' : `Published, ${sent} messages by now.`);
+  }), {class: 'primary'});
+  const repeat = button('Publish repeatedly', () => {
+    if (timer !== null) {
+      stop();
+      return;
+    }
+    attempt(() => {
+      const hertz = Number(rate.input.value.replace(',', '.'));
+      if (!(hertz > 0 && hertz <= MAX_RATE)) {
+        rate.input.focus();
+        throw new Invalid(`"${rate.input.value}" times a second is not possible; allowed is more than 0, up to ${MAX_RATE}.`);
+      }
+      sent = 0;
+      showCommand(send(), `-r ${hertz}`);
+      timer = setInterval(() => attempt(() => {
+        send();
+        notice.say(`Publishing: ${sent} ${sent === 1 ? 'message' : 'messages'}.`);
+      }), 1000 / hertz);
+      repeat.textContent = 'Stop';
+    });
+  }, {'aria-pressed': 'false'});
+  scope.add(stop);
+  scope.listen(document, 'visibilitychange', () => document.hidden && stop());
+  notice.element.setAttribute('aria-live', 'off'); // it counts
+  fill(place, form.element, el('div', {class: 'toolbar'}, once, repeat, rate.element), notice.element, command);
 }
