@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log
 from sensor_msgs.msg import Image
 
-from rostest_support.common import Collected, NodeLog, Process, release, run, until
+from rostest_support.common import Collected, NodeLog, Process, nightly, run, until
 from rostest_support.robotont import RADIUS, RobotontCase, place, stands, used
 
 FIRST_ODOMETRY = 1.0  # [s] from the start of the process, on a machine that has nothing else to do
@@ -32,7 +32,7 @@ class StartupTest(RobotontCase):
         file.flush()
         return file.name
 
-    @release
+    @nightly
     def test_robotont_refuses_what_cannot_be(self):
         """A start in a wall, bad worlds and bad parameters end the node with file, key and allowed values."""
         bad = self.world_file('boxes: [{name: a, x: 0, y: 0, yaw: 0, length: 0, width: 1, height: 1}]', '.yaml')
@@ -58,7 +58,7 @@ class StartupTest(RobotontCase):
         odometry = self.collected('odom', Odometry)
         self.drive_until(lambda: abs(place(odometry.messages[-1])[0] - (1.0 - RADIUS)) < 1e-6, 'the crate', 2.0)
 
-    @release
+    @nightly
     def test_robotont_second_one_is_told_and_the_first_drives_on(self):
         """Two robots in one namespace."""
         first = self.start()
@@ -72,7 +72,7 @@ class StartupTest(RobotontCase):
         self.assertEqual('robot2/odom', self.message('odom', Odometry).header.frame_id)
         self.assertTrue(first.runs(), first.output())
 
-    @release
+    @nightly
     def test_robotont_takes_the_place_of_one_that_was_killed(self):
         """The registrations of a killed simulator do not prevent the next start."""
         first = self.start()
@@ -83,7 +83,7 @@ class StartupTest(RobotontCase):
         odometry = self.collected('odom', Odometry)
         self.drive_until(lambda: place(odometry.messages[-1])[0] > 0.1, 'a robot that drives', 0.5)
 
-    @release
+    @nightly
     def test_robotont_starts_where_another_node_has_the_port_of_one_that_has_gone(self):
         """The master knows /robotont_gazebo and /robotont_camera at the addresses of a node with another name."""
         other = self.start('__name:=other', '__ns:=elsewhere')
@@ -113,7 +113,7 @@ class StartupTest(RobotontCase):
             process.stop()
         self.assertLess(min(times), FIRST_ODOMETRY, times)
 
-    @release
+    @nightly
     def test_robotont_stops_where_time_jumps_back(self):
         """Another node publishes /clock and jumps back."""
         rospy.set_param('/use_sim_time', True)

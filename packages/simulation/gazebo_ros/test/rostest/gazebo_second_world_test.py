@@ -11,7 +11,7 @@ from gazebo_msgs.srv import GetWorldProperties
 from rosgraph_msgs.msg import Clock
 
 from plain_support.processes import KILL
-from rostest_support.common import Collected, Process, node_api, proxy, release, run, until
+from rostest_support.common import Collected, Process, nightly, node_api, proxy, run, until
 
 CTRL_C = ((signal.SIGINT, 30.0), *KILL)  # roslaunch waits for its nodes
 PAUSED = """<launch>
@@ -74,7 +74,7 @@ class SecondWorldTest(unittest.TestCase):
         third.stop(CTRL_C)
         self.assertEqual(self.before, parameters())
 
-    @release
+    @nightly
     def test_what_a_launch_file_sets_ends_with_it_and_what_a_killed_one_left_is_named(self):
         first = self.launch_text(PAUSED)
         first.wait_for_output('Started paused, because /gazebo/paused is true')
@@ -101,7 +101,7 @@ class SecondWorldTest(unittest.TestCase):
         first.stop(CTRL_C)
         self.assertEqual(self.before, parameters())
 
-    @release
+    @nightly
     def test_a_second_world_leaves_that_of_gzserver_as_it_is(self):
         first = self.launch('gazebo_ros', 'robotonts.launch', 'robots:=1')
         world = proxy('/gazebo/get_world_properties', GetWorldProperties)

@@ -12,7 +12,7 @@ FLAGS = ('-std=c++17', '-O1', '-g', '-fsanitize=address,undefined', '-fno-saniti
          '-D_GLIBCXX_ASSERTIONS', '-DROBOTONT_FAST=', '-Wall', '-Wextra', '-Wno-psabi')
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_address_and_undefined_behaviour_sanitizers_find_nothing(tmp_path):
     program = tmp_path / 'random_scenes'
     sources = [HERE / 'random_scenes.cpp', *(NATIVE / f'{name}.cpp' for name in ('visibility', 'picture', 'depth'))]

@@ -14,7 +14,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from rospy_support.own_master import start_master
-from rostest_support.common import DEADLINE, Collected, Process, node_api, release, run, until
+from rostest_support.common import DEADLINE, Collected, Process, nightly, node_api, run, until
 
 TELEOP = roslib.packages.find_node('turtlesim', 'turtle_teleop_key')[0]
 UP, DOWN, RIGHT, LEFT = b'\x1b[A', b'\x1b[B', b'\x1b[C', b'\x1b[D'
@@ -147,7 +147,7 @@ class TeleopTest(unittest.TestCase):
             self.assertEqual(0, self.piped(UP + RIGHT + b'x' + DOWN))
             self.assert_received(twist(2.0), twist(0.0, -2.0), twist(-2.0))
 
-    @release
+    @nightly
     def test_teleop_scales(self):
         """scale_linear and scale_angular beside the node, private ones before them."""
         self.addCleanup(rospy.delete_param, '/scale_linear')
@@ -159,14 +159,14 @@ class TeleopTest(unittest.TestCase):
         self.assertEqual(0, self.piped(UP + LEFT, '_scale_linear:=-1.0', '__name:=other'))
         self.assert_received(twist(3.0), twist(0.0, 0.5), twist(-1.0), twist(0.0, 0.5))
 
-    @release
+    @nightly
     def test_teleop_refuses_a_scale_that_is_no_number(self):
         """A bad parameter: exit code 2 and a text."""
         with Process(TELEOP, '_scale_linear:=fast', '__name:=wrong') as teleop:
             teleop.wait_for_output(r"/wrong/scale_linear is 'fast'; it must be a number")
             self.assertEqual(2, teleop.process.wait(DEADLINE))
 
-    @release
+    @nightly
     def test_teleop_puts_the_terminal_back_however_it_ends(self):
         """q, Ctrl-C, Ctrl-backslash, Ctrl-D, SIGTERM, SIGHUP, rosnode kill."""
         ends = {'q': lambda terminal: terminal.press(b'q'),
@@ -185,7 +185,7 @@ class TeleopTest(unittest.TestCase):
                 self.assertEqual(terminal.mode_before, terminal.mode(), name)
                 self.assertNotIn('Traceback', terminal.printed(), name)
 
-    @release
+    @nightly
     def test_teleop_ends_well_when_the_master_is_gone(self):
         """Without a master: q still ends it and the terminal is put back."""
         uri, master = start_master(lambda command: Process(*command))

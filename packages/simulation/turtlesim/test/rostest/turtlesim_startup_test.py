@@ -16,9 +16,9 @@ from rostest_support.common import (
     SIMULATOR,
     Process,
     SimulatorCase,
+    nightly,
     own_simulator,
     registered_names,
-    release,
     run,
     until,
 )
@@ -112,7 +112,7 @@ class StartupTest(SimulatorCase):
             self.assertIn('Tried to kill turtle [nobody]', lines[-1])
             self.assertRegex('\n'.join(lines[:-1]), last)
 
-    @release
+    @nightly
     def test_turtlesim_background_given(self):
         """Given ones are used and kept; those that are absent get their defaults."""
         self.set_parameter('background_r', 1)
@@ -120,7 +120,7 @@ class StartupTest(SimulatorCase):
         self.assertEqual((1, 2, BACKGROUND[2]), self.background())
         self.assertEqual((1, 2, BACKGROUND[2]), self.color())
 
-    @release
+    @nightly
     def test_turtlesim_bad_background_at_start(self):
         """Wrong types and ranges: an error that names parameter, value and range; the simulator takes its default."""
         for value in ('red', 300, -1, 1.5, True, [1, 2]):
@@ -135,7 +135,7 @@ class StartupTest(SimulatorCase):
             self.assertEqual(7, self.color()[1])
             simulator.stop()
 
-    @release
+    @nightly
     def test_turtlesim_bad_image_rate(self):
         """A wrong image_rate ends the start with a text that names parameter, value and range."""
         for value in ('fast', 0.0, 1000.0, True):
@@ -147,7 +147,7 @@ class StartupTest(SimulatorCase):
                 self.assertNotIn('Traceback', simulator.output())
                 self.assertEqual(2, simulator.process.returncode)
 
-    @release
+    @nightly
     def test_turtlesim_many_turtles(self):
         """More turtles than the usual limit of open files allows at three a turtle: the simulator raises the limit."""
         limited = Process('bash', '-c', f'ulimit -Sn {FEW_FILES}; exec "$0"', SIMULATOR)
@@ -166,7 +166,7 @@ class StartupTest(SimulatorCase):
         self.assertNotIn('isplay', simulator.output())
         self.assertEqual('', children(simulator.process.pid))
 
-    @release
+    @nightly
     def test_turtlesim_display_fails(self):
         """A display that cannot be used costs the window and a warning, not the simulator."""
         simulator = self.start(DISPLAY=NO_DISPLAY)
@@ -176,7 +176,7 @@ class StartupTest(SimulatorCase):
         self.assertNotIn('Traceback', simulator.output())
         self.assertTrue(self.snapshot())
 
-    @release
+    @nightly
     def test_turtlesim_ends_while_it_starts(self):
         """A signal while it registers, at moments spread over the start: it ends cleanly all the same."""
         for number in range(STARTS):

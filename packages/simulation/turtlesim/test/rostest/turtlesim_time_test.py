@@ -28,10 +28,10 @@ from rostest_support.common import (
     Process,
     SimulatorCase,
     median_rate,
+    nightly,
     own_simulator,
     proxy,
     registered_names,
-    release,
     restore_parameter,
     run,
     until,
@@ -141,7 +141,7 @@ class TimeTest(SimulatorCase):
             with self.assertRaisesRegex(rospy.ServiceException, 'it must be 0.01 to 1000'):
                 proxy('/turtlesim/set_rate', SetRate)(rate)
 
-    @release
+    @nightly
     def test_turtlesim_repeats(self):
         """The same seed, the same commands at the same ticks: recordings are the same bytes, on a busy machine."""
         for _ in range(2):
@@ -187,7 +187,7 @@ class TimeTest(SimulatorCase):
             rows = [list(row.values())[1:-1] for row in csv.DictReader(file)]
         return status, rows[next((number for number, row in enumerate(rows) if row[0]), 0):]
 
-    @release
+    @nightly
     def test_turtlesim_lockstep(self):
         """In lockstep a slow node drives as a fast one does, to the bit."""
         (_, fast), (status, slow) = self.think(0.0), self.think(0.005)
@@ -196,14 +196,14 @@ class TimeTest(SimulatorCase):
         self.assertGreater(common, 50)
         self.assertEqual(fast[:common], slow[:common])
 
-    @release
+    @nightly
     def test_turtlesim_lockstep_late(self):
         """A node that is slower than the simulator may wait is named, counted and warned of."""
         status, _ = self.think(0.5, patience=0.1)
         self.assertGreater(status.late_steps, 0)
         self.assertEqual('/thinker', status.busy)
 
-    @release
+    @nightly
     def test_turtlesim_lockstep_poller(self):
         """A node that polls in wall time, as rospy.wait_for_message does, is waited for no longer than any other."""
         simulator = self.start('_rate:=max', '_lockstep_wait:=60')
@@ -213,7 +213,7 @@ class TimeTest(SimulatorCase):
         self.assertEqual((0, True), (status.late_steps, status.lockstep))
         self.assertNotIn('Lockstep', simulator.output())
 
-    @release
+    @nightly
     def test_turtlesim_node_behind(self):
         """Without lockstep a node that gets no processor time is named and counted."""
         simulator = self.start('_rate:=10')
@@ -229,7 +229,7 @@ class TimeTest(SimulatorCase):
         simulator.wait_for_output(r'/velocity_publisher\S* is falling behind: '
                                   r'\d+\.\d s of simulated time behind /clock')
 
-    @release
+    @nightly
     def test_turtlesim_use_sim_time_false(self):
         """Where nodes shall keep wall time, a simulator that publishes /clock says once what to type."""
         rospy.set_param('/use_sim_time', False)
@@ -238,7 +238,7 @@ class TimeTest(SimulatorCase):
         simulator.stop()
         self.assertIs(False, rospy.get_param('/use_sim_time'))
 
-    @release
+    @nightly
     def test_turtlesim_use_sim_time_without_clock(self):
         """If nodes wait for a /clock that no node publishes, the simulator says so, and continues itself."""
         rospy.set_param('/use_sim_time', True)
@@ -246,7 +246,7 @@ class TimeTest(SimulatorCase):
         simulator.wait_for_output('no node publishes /clock')
         self.poses().more(30)
 
-    @release
+    @nightly
     def test_turtlesim_bad_time(self):
         """Parameters that cannot be are refused."""
         for argument, text in (('_rate:=0', 'max'), ('_rate:=fast', 'from 0.01 to 1000'), ('_seed:=-1', 'seed'),
