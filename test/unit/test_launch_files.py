@@ -26,7 +26,6 @@ def test_launch_files_are_found():
 
 @pytest.mark.parametrize('path', [path for path in LAUNCH_FILES
                                   if '<!-- no roslaunch-check: ' not in (REPOSITORY / path).read_text()], ids=str)
-@pytest.mark.one_in(3)
 def test_launch_file_passes_the_check_of_roslaunch(path):
     complaint = check_roslaunch(str(REPOSITORY / path)) or ''
     lacking = re.fullmatch(r'Missing package dependencies: turtle_robotont/package\.xml: (.*)', complaint)

@@ -12,6 +12,7 @@ import xmlrpc.client
 import pytest
 
 from rospy_support.own_master import own_master
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -57,8 +58,7 @@ def interfaces(source, name, origin):
         + 'generate_messages(DEPENDENCIES geometry_msgs std_msgs)\ncatkin_package()\n')
 
 
-@pytest.mark.parametrize('tool', ['catkin_make', 'catkin_make_isolated'])
-@pytest.mark.one_in(2)
+@pytest.mark.parametrize('tool', ['catkin_make', *nightly('catkin_make_isolated')])
 def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
     workspace = make_workspace(tmp_path)
     result = run(tool, folder=workspace)

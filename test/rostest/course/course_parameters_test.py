@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Parameters that the course's nodes refuse, and nodes that find no simulator. There is none in these tests."""
 
-from rostest_support.common import nightly, one_in, run
+from rostest_support.common import nightly, run
 from rostest_support.course import CourseCase
 from turtle_robotont.driving.shapes import SHAPES
 
@@ -25,7 +25,7 @@ REFUSED = [  # node, argument, and the words that its error must contain beside 
     ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['[[-1, 5], [2, 2]]', 'each a pair [x, y], both a number from '
                                                         '0 to 11.0889 m']),
 ]
-DRIVERS = ['stop_at_x.py', 'drive_shape.py', 'teleport_tour.py']  # they need the pose
+NEEDS = {'stop_at_x.py': 'turtle1/pose', 'set_pen.py': '/turtle1/set_pen cannot be called: '}
 
 
 class ParametersTest(CourseCase):
@@ -62,14 +62,11 @@ class ParametersTest(CourseCase):
 
     def test_course_without_simulator(self):
         """Exit code 1 and a line that names the missing part, within the 10 s that a node waits."""
-        processes = [(script, self.start(script)) for script in one_in(3, DRIVERS)]
-        pen = self.start('set_pen.py')
-        for script, process in processes:
+        for script, lacking in NEEDS.items():
+            process = self.start(script)
             with self.subTest(script=script):
                 said = self.ended(process, code=1, deadline=NO_SIMULATOR_DEADLINE)
-                self.assertRegex(said, r'\[FATAL\].*turtle1/pose.*[iI]s the simulator running'),
-        said = self.ended(pen, code=1, deadline=NO_SIMULATOR_DEADLINE)
-        self.assertRegex(said, r'\[FATAL\].*/turtle1/set_pen cannot be called: .*is the simulator running')
+                self.assertRegex(said, fr'\[FATAL\].*{lacking}.*[iI]s the simulator running')
 
 
 if __name__ == '__main__':

@@ -6,7 +6,7 @@ import rospy
 from geometry_msgs.msg import Point
 from turtle_robotont.srv import DrawShape
 
-from rostest_support.common import DEADLINE, MIDDLE, one_in, proxy, run
+from rostest_support.common import DEADLINE, MIDDLE, proxy, run
 from rostest_support.course import POSITION_TOLERANCE, CourseCase
 from turtle_robotont.driving.shapes import SHAPES
 
@@ -56,7 +56,7 @@ class DrawShapeTest(CourseCase):
     def test_draw_shape_refuses(self):
         """Nonsense, and shapes that do not fit, are answered with a reason, and the turtle does not move."""
         before, commands = self.pose(), self.commands()
-        for shape, size, corners, speed, texts in one_in(4, REFUSED):
+        for shape, size, corners, speed, texts in REFUSED:
             with self.subTest(shape=shape, size=size, corners=corners, speed=speed):
                 answer = self.draw(shape, size, corners, speed)
                 self.assertFalse(answer.drawn)

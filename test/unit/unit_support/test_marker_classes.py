@@ -7,6 +7,7 @@ import pytest
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from unit_support import marker_classes, photo
+from unit_support.cases import nightly
 from unit_support.marker_classes import DEVELOPMENT, KINDS, LOOK_ALIKES, TEST
 from unit_support.marker_score import Score, detector_of, score_frame
 
@@ -59,8 +60,7 @@ def test_lights_leave_what_they_say():
     assert photo.spot((0, 0), 10.0, 80.0)(x, y)[0, [100, 110]] == pytest.approx([80, 80 * np.exp(-0.5)])
 
 
-@pytest.mark.parametrize('name', [*KINDS, LOOK_ALIKES])
-@pytest.mark.one_in(4)
+@pytest.mark.parametrize('name', [LOOK_ALIKES, *nightly(*KINDS)])
 def test_photos_are_the_same_each_time_and_differ_by_half(name):
     first, again, other = (marker_classes.photo(name, half, 1) for half in (DEVELOPMENT, DEVELOPMENT, TEST))
     assert (first.image == again.image).all() and first.frame == again.frame

@@ -59,11 +59,6 @@ def nightly(method):
 release = nightly  # the earlier name
 
 
-def one_in(number, cases):
-    """Return the cases of a loop; ./run test takes every ``number``-th, ./run test NAME all."""
-    return cases[::number] if CHANGE in os.environ else cases
-
-
 def run(*cases):
     """Run, as a rostest node, the methods that args= in the .test file names; without args, run all."""
     owners = {method: case for case in reversed(cases) for method in unittest.defaultTestLoader.getTestCaseNames(case)}

@@ -14,6 +14,7 @@ from course_grader import cli
 from course_grader.classes import class_grader, graded, submissions
 from course_grader.isolation import levels
 from rostest_support.waiting import until
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -109,8 +110,8 @@ def test_a_class_gets_its_table(tmp_path):
     assert '<td>a &lt;square&gt;</td>' in page and '<td>it &amp; more, seed 5</td>' in page
 
 
-@pytest.mark.parametrize('text', ['sys.exit(0)', 'raise RuntimeError', 'os.kill(os.getpid(), signal.SIGKILL)'])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('text', [
+    'sys.exit(0)', *nightly('raise RuntimeError', 'os.kill(os.getpid(), signal.SIGKILL)')])
 def test_an_attempt_that_crashes_leaves_it_undecided(tmp_path, text):
     code, printed, rows = grade(tmp_path, {'anna': text, 'ben': PASS})
     assert code == 3
@@ -210,7 +211,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     assert '"undecided"' in (old / 'result.json').read_text() and '<error' in (old / 'junit.xml').read_text()
 
 
-@pytest.mark.parametrize('arguments, said', [
+WRONG_USAGE = [  # arguments, words of the error
     (['no_such_folder'], 'there is no folder no_such_folder (current folder: '),
     (['x.yaml'], 'x.yaml is neither a folder nor a ZIP; to grade one program, type: ./run grade EXERCISE -- x.yaml'),
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
@@ -226,8 +227,10 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['class', '--dask', 'localhost'], "'localhost' is not the address of a scheduler; write tcp://127.0.0.1:8786"),
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
-])
-@pytest.mark.one_in(8)
+]
+
+
+@pytest.mark.parametrize('arguments, said', [WRONG_USAGE[0], *nightly(*WRONG_USAGE[1:])])
 def test_wrong_usage_is_explained(tmp_path, arguments, said):
     a_class(tmp_path, {'anna': PASS})
     (tmp_path / 'broken.zip').write_text('')

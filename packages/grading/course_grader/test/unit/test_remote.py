@@ -19,6 +19,7 @@ from course_grader.rules import exercise
 from plain_support import processes
 from rospy_support.ports import free_port
 from rostest_support.waiting import until
+from unit_support.cases import nightly
 
 distributed = pytest.importorskip('distributed')
 
@@ -125,12 +126,11 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
           'no grading goes on', SCHEDULER_TIMEOUT)
 
 
-@pytest.mark.one_in(2)
 @pytest.mark.parametrize('address, options, said', [
     ('tcp://127.0.0.1:{}', [], 'has no key' if levels.machine().namespace else 'does not answer as a scheduler'),
-    ('tcp://127.0.0.1:{}', ['--isolation', 'uid'], 'has no key, so a program'),
     ('tls://127.0.0.1:1', [], 'needs --dask-key FILE, the key with which the'),
-    ('tls://127.0.0.1:1', ['--dask-key', 'no.pem'], 'there is no file no.pem')])
+    *nightly(('tcp://127.0.0.1:{}', ['--isolation', 'uid'], 'has no key, so a program'),
+             ('tls://127.0.0.1:1', ['--dask-key', 'no.pem'], 'there is no file no.pem'))])
 def test_it_says_what_is_wrong_with_a_cluster(tmp_path, address, options, said):
     (tmp_path / 'class' / 'anna').mkdir(parents=True)
     (tmp_path / 'class' / 'anna' / 'x.py').write_text('')

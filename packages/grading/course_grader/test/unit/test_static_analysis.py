@@ -120,7 +120,6 @@ def _long(folder):
     return ['python3', str(folder / 'long.py')]
 
 
-@pytest.mark.one_in(3)
 @pytest.mark.parametrize('write', [
     _chain_of_modules, _chain_of_scripts, _chain_of_launch_files, _pipe, _endless, _long,
     _file('itself', 'bash {}/itself\n'), _file('zero', 'bash a\0b {}/a\0b.py\n'), _file('deep.py', 't' + '.a' * CHAIN),

@@ -14,7 +14,7 @@ from nav_msgs.srv import GetPlan
 from std_srvs.srv import Empty
 
 from rospy_support.rotations import to_quaternion
-from rostest_support.common import DEADLINE, Process, one_in, proxy, run, until
+from rostest_support.common import DEADLINE, Process, nightly, proxy, run, until
 from rostest_support.robotont import RobotontCase, stands
 
 TOLERANCE = 0.1  # [m, rad]
@@ -122,19 +122,23 @@ class MoveBaseTest(RobotontCase):
                              '_local_costmap/robot_base_frame:=base_footprint')
         process.wait_for_output('Not ready for goals: no map on /other/map: start map_server')
 
-    def test_wrong_parameters_are_refused_with_what_is_allowed(self):
-        for argument, said in one_in(3, (
-                ('_base_local_planner:=teb_local_planner/TebLocalPlannerROS', 'one of base_local_planner/Traj'),
-                ('_global_costmap/footprint:=[[0, 0], [1, 1]]', 'at least three corners'),
-                ('_local_costmap/plugins:=[{name: a, type: "x::Layer"}]', 'one of costmap_2d::StaticLayer'))):
-            process = self.other(argument)
-            try:
-                self.assertEqual(2, process.process.wait(DEADLINE), process.output())
-            except subprocess.TimeoutExpired:
-                self.fail(process.output())
-            self.assertIn(said, process.output())
-            self.assertNotIn('Traceback', process.output())
-            rospy.delete_param('/other')
+    def refuses(self, argument, said):
+        process = self.other(argument)
+        try:
+            self.assertEqual(2, process.process.wait(DEADLINE), process.output())
+        except subprocess.TimeoutExpired:
+            self.fail(process.output())
+        self.assertIn(said, process.output())
+        self.assertNotIn('Traceback', process.output())
+        rospy.delete_param('/other')
+
+    def test_a_wrong_planner_is_refused_with_those_that_are_allowed(self):
+        self.refuses('_base_local_planner:=teb_local_planner/TebLocalPlannerROS', 'one of base_local_planner/Traj')
+
+    @nightly
+    def test_wrong_costmaps_are_refused_with_what_is_allowed(self):
+        self.refuses('_global_costmap/footprint:=[[0, 0], [1, 1]]', 'at least three corners')
+        self.refuses('_local_costmap/plugins:=[{name: a, type: "x::Layer"}]', 'one of costmap_2d::StaticLayer')
 
 
 if __name__ == '__main__':

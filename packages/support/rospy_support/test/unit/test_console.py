@@ -9,6 +9,7 @@ import pytest
 import rosgraph.roslogging
 
 from rospy_support import console
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -74,9 +75,8 @@ sys.exit(0 if connection.fileno() > 2 else 'a connection has the number of a sta
 """
 
 
-@pytest.mark.parametrize('redirection', ['', '>&-', '2>&-', '<&-', '>&- 2>&-', '<&- >&- 2>&-',
-                                         '>/dev/full 2>/dev/full'])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('redirection', ['', '<&- >&- 2>&-', '>/dev/full 2>/dev/full',
+                                         *nightly('>&-', '2>&-', '<&-', '>&- 2>&-')])
 def test_standard_streams_may_be_closed(redirection):
     command = ['bash', '-c', f'exec "$0" -c "$1" {redirection}', sys.executable, PROGRAM]
     done = subprocess.run(command, capture_output=True, timeout=DEADLINE)

@@ -10,6 +10,7 @@ import pytest
 import rospy
 
 from rospy_support import nodes, parameters
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -94,9 +95,8 @@ SPIN = """
 """
 
 
-@pytest.mark.parametrize('signals', [[signal.SIGINT], [signal.SIGTERM], [signal.SIGHUP],
-                                     [signal.SIGINT, signal.SIGTERM, signal.SIGINT]])
-@pytest.mark.one_in(2)
+@pytest.mark.parametrize('signals', [[signal.SIGHUP], [signal.SIGINT, signal.SIGTERM, signal.SIGINT],
+                                     *nightly([signal.SIGINT], [signal.SIGTERM])])
 def test_signals_shut_down_once_and_quietly(signals):
     assert ended(program(SPIN), *signals) == (0, 'stopped\n', '')
 

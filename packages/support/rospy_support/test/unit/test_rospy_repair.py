@@ -20,6 +20,7 @@ import rospy.impl.registration
 import rospy_repair
 
 from rospy_support.own_master import own_master
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -163,11 +164,10 @@ def test_a_thread_that_stays_in_rospy_is_not_waited_for():
         r'closed in the (?!Main)\S+( .*)?\nlast hook\nshut down: True\n', out), (out, err)
 
 
-@pytest.mark.parametrize('number', [SIGINT, SIGTERM])
-@pytest.mark.parametrize('wait', ['rospy.spin()', 'rospy.rostime.wallsleep(1.0)', 'time.sleep(1.0)',
-                                  'while not rospy.is_shutdown(): pass', 'input()'])
-@pytest.mark.parametrize('repair', ['0', '1'])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('number', [SIGINT, *nightly(SIGTERM)])
+@pytest.mark.parametrize('wait', ['rospy.spin()', 'time.sleep(1.0)', 'input()', *nightly(
+    'rospy.rostime.wallsleep(1.0)', 'while not rospy.is_shutdown(): pass')])
+@pytest.mark.parametrize('repair', ['1', *nightly('0')])
 def test_programs_end_as_with_the_original(wait, number, repair):
     process = program(f"""
         import threading, time
@@ -244,9 +244,9 @@ INIT = """
 """
 
 
-@pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
-@pytest.mark.parametrize('arguments', [[], ['_linear:=2']])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('arguments, python', [
+    ([], sys.executable), (['_linear:=2'], '/usr/bin/python3'),
+    *nightly(([], '/usr/bin/python3'), (['_linear:=2'], sys.executable))])
 def test_a_program_waits_for_the_master_and_says_so(arguments, python):
     process = program(INIT.format(arguments=arguments, own=False), python, ROS_MASTER_URI=NO_MASTER)
     said = process.stderr.readline()
@@ -265,10 +265,9 @@ def test_the_master_that_does_run_is_named(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize('simulated, published, imports, warns', [
-    (True, False, 'rospy', True), (False, False, 'rospy', False), (True, True, 'rospy', False),
+    (True, False, 'rospy', True), *nightly((False, False, 'rospy', False), (True, True, 'rospy', False)),
     (True, False, 'rospy_support.nodes', False),  # these warn by themselves
 ])
-@pytest.mark.one_in(3)
 def test_a_program_that_waits_for_a_clock_says_so(tmp_path, simulated, published, imports, warns):
     with own_master(str(tmp_path / 'log')) as master:
         proxy = xmlrpc.client.ServerProxy(master.uri)
@@ -300,17 +299,16 @@ def test_the_reason_is_told_if_it_is_not_just_a_missing_roscore():
     assert interrupted(process, SIGTERM)[0] == 1
 
 
-@pytest.mark.parametrize('uri', ['localhost:11311', 'localhost', 'http//localhost:11311'])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('uri', ['localhost:11311', *nightly('localhost', 'http//localhost:11311')])
 def test_a_uri_that_is_none_is_refused(uri):
     code, _, err = ended(program(INIT.format(arguments=[], own=False), ROS_MASTER_URI=uri))
     assert code == 1 and err == f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311\n'
 
 
 @pytest.mark.parametrize('value', [
-    '99999999999', '-2147483649', '2026-01-31', '2026-01-31 10:00:00', '{1: 2}', '[1, {2.5: a}]', '"\\0"', '"\\x01"',
-    'null', '~', '[a, [b, null]]', '!!set {a}', '[1', '{a', 'a:=b', '"\\ud800"'])
-@pytest.mark.one_in(4)
+    '99999999999', '{1: 2}', 'null', '[1', *nightly(
+        '-2147483649', '2026-01-31', '2026-01-31 10:00:00', '[1, {2.5: a}]', '"\\0"', '"\\x01"', '~', '[a, [b, null]]',
+        '!!set {a}', '{a', 'a:=b', '"\\ud800"')])
 def test_values_that_no_master_can_have_are_refused_by_name(value):
     code, _, err = ended(program(INIT.format(arguments=['_good:=1', f'_x:={value}'], own=False),
                                  ROS_MASTER_URI=NO_MASTER))
@@ -340,9 +338,9 @@ def test_an_unknown_rospy_stays_as_it_is(monkeypatch):
 ASK = 'import rospy.core; print(rospy.core._ros_signal.__module__)'
 
 
-@pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
-@pytest.mark.parametrize('setting, module', [('', 'rospy_repair'), ('1', 'rospy_repair'), ('0', 'rospy.core')])
-@pytest.mark.one_in(2)
+@pytest.mark.parametrize('python', ['/usr/bin/python3', *nightly(sys.executable)])
+@pytest.mark.parametrize('setting, module', [
+    ('', 'rospy_repair'), ('0', 'rospy.core'), *nightly(('1', 'rospy_repair'))])
 def test_every_program_of_the_workspace_gets_the_repair(python, setting, module):
     assert ended(program(ASK, python, **{SWITCH: setting})) == (0, f'{module}\n', '')
 

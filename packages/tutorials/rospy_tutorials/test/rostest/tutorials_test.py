@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, nightly, one_in, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, nightly, run, until
 from rostest_support.course import CourseCase, stands
 
 ARRIVED = 0.05  # [m] between the turtle that follows and the one that it follows
@@ -84,23 +84,27 @@ class TutorialsTest(CourseCase):
         self.follower.next(lambda pose: not stands(pose), 'turtle2 moving')
         return started
 
+    def comes_to_turtle1(self, package, listener):
+        *_, process = started = self.follow(package, listener)
+        until(lambda: self.apart() < ARRIVED, lambda: f'arrived; {self.apart():.3f} m are left')
+        self.call('turtle1/teleport_absolute', 9.0, 9.0, 0.0)
+        self.follower.next(lambda pose: pose.linear_velocity > 0.5, 'turtle2 on its way')
+        commands = self.commands('turtle2')
+        commands.next(what='a velocity')
+        process.stop()
+        self.ends_with_a_stop(commands)
+        self.assertEqual(0, process.process.returncode)
+        for each in started:
+            each.stop()
+        self.call('reset')
+
     def test_turtle2_comes_to_turtle1(self):
-        """turtle_tf and turtle_tf2, and the one that waits for the present time; they end with a stop."""
-        for package, listener in one_in(2, (('turtle_tf2', 'turtle_tf2_listener_wait.py'),
-                                            ('turtle_tf', 'turtle_tf_listener.py'))):
-            with self.subTest(listener):
-                *_, process = started = self.follow(package, listener)
-                until(lambda: self.apart() < ARRIVED, lambda: f'arrived; {self.apart():.3f} m are left')
-                self.call('turtle1/teleport_absolute', 9.0, 9.0, 0.0)
-                self.follower.next(lambda pose: pose.linear_velocity > 0.5, 'turtle2 on its way')
-                commands = self.commands('turtle2')
-                commands.next(what='a velocity')
-                process.stop()
-                self.ends_with_a_stop(commands)
-                self.assertEqual(0, process.process.returncode)
-                for one in started:
-                    one.stop()
-                self.call('reset')
+        """By turtle_tf2's listener that waits for the present time; it ends with a stop."""
+        self.comes_to_turtle1('turtle_tf2', 'turtle_tf2_listener_wait.py')
+
+    @nightly
+    def test_turtle2_comes_to_turtle1_by_turtle_tf(self):
+        self.comes_to_turtle1('turtle_tf', 'turtle_tf_listener.py')
 
     def test_follower_that_waits_stands_while_tf_is_lost(self):
         """turtle1's broadcaster is killed, and started again."""

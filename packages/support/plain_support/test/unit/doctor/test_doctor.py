@@ -19,6 +19,7 @@ from kinematic_core.worlds.turtle_world import BACKGROUND
 from plain_support.doctor import cli, findings, system_checks
 from plain_support.doctor.cli import CHECKS
 from plain_support.doctor.machine import Machine
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -266,8 +267,7 @@ def test_a_python_with_ros_is_no_trap(folder):
     assert examine(folder, f'master; {setup}changed+=(PATH=$folder/ros_venv/bin:/usr/bin:/bin)') == (0, [])
 
 
-@pytest.mark.parametrize('fault', FAULTS, ids=[f'{number}_{fault.name}' for number, fault in enumerate(FAULTS)])
-@pytest.mark.one_in(3)
+@pytest.mark.parametrize('fault', [*FAULTS[::3], *nightly(*FAULTS[1::3], *FAULTS[2::3])], ids=lambda fault: fault.name)
 def test_a_fault_is_named_with_its_cure(folder, fault):
     if fault.root and not IS_ROOT:
         pytest.skip('only root can set this up')

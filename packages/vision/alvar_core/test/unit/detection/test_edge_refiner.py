@@ -9,6 +9,7 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.light import LINEAR
 from alvar_core.detection.pyramid import Pyramid
 from rostest_support.marker_scenes import Placed, Scene, image_of
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -26,9 +27,9 @@ def near(rng, camera, side, tilt):
                          np.array([*rng.uniform(-room, room, 2), distance]))
 
 
-@pytest.mark.parametrize('distorted', [False, True])
-@pytest.mark.parametrize('side', [90, 130, 170, 230, pytest.param(340, marks=pytest.mark.release)])
-@pytest.mark.one_in(2)
+@pytest.mark.parametrize('side, distorted', [
+    (90, True), (170, False), (230, True),
+    *nightly((90, False), (130, False), (130, True), (170, True), (230, False), (340, False), (340, True))])
 def test_large_markers_are_exact(side, distorted):
     camera, detector, errors = default_camera(distorted=distorted), Detector(SIZE), []
     for seed, (tilt, blur) in enumerate(((3, 0.4), (20, 0.6), (40, 1.0))):
