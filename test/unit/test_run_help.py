@@ -35,6 +35,7 @@ def test_help_needs_no_installation(tmp_path, command, arguments):
     (['build', '--rvizz'], 'usage: ./run build [--rviz]\n'),
     (['shell', '-c'], 'usage: ./run shell [-c COMMAND]\n'), (['shell', 'ls'], 'usage: ./run shell [-c COMMAND]\n'),
     (['demmo'], "there is no command 'demmo'. Did you mean ./run demo? The commands are:\n\nLearning:\n  shell "),
+    (['stress', 'web'], './run stress is gone; its attacks are tests: ./run test attacks\n'),
     (['zzzz'], "there is no command 'zzzz'. The commands are:\n\nLearning:\n  shell "),
 ])
 def test_wrong_usage_gets_the_usage_of_the_command(tmp_path, arguments, said):

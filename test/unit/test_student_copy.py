@@ -29,7 +29,7 @@ def src(tmp_path_factory):
     folder.mkdir(parents=True)
     code, said = link('--without-solutions', folder.parent)
     assert code == 0, said
-    assert 'all commands but demo, test, bench and stress work' in said and said.endswith('&& catkin_make\n')
+    assert 'all commands but demo, test and bench work' in said and said.endswith('&& catkin_make\n')
     return folder
 
 
@@ -104,7 +104,7 @@ def test_its_programs_and_pages_are_there(copy):
         ast.parse(path.read_text(encoding='utf-8'))
 
 
-@pytest.mark.parametrize('command', ['demo', 'test', 'bench', 'stress'])
+@pytest.mark.parametrize('command', ['demo', 'test', 'bench'])
 def test_commands_that_it_lacks_say_so(copy, command):
     done = subprocess.run([copy / 'run', command], capture_output=True, text=True, check=False)
     assert done.returncode == 1 and f'it has no ./run {command}.' in done.stderr

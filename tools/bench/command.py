@@ -1,4 +1,4 @@
-"""What the commands `./run bench` and `./run stress` share: options, progress, files, and how they end."""
+"""What `./run bench` needs as a command: options, progress, files, and how it ends."""
 import argparse
 import contextlib
 import os

@@ -7,27 +7,21 @@ import concurrent.futures
 import contextlib
 import os
 import resource
-import signal
 import socket
 import statistics
-import subprocess
-import tempfile
 import threading
 import time
 import unittest
 import xmlrpc.client
 import xmlrpc.server
 
-import rosgraph
-import roslib.packages
-import rospy
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from rostest_support import node_kinds, tcpros
-from rostest_support.common import DEADLINE, Process, registered_names, run, until
-from rostest_support.node_kinds import BY_KEY
-from rostest_support.tcpros import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
+from attacked_nodes import interrupt, running
+from rostest_support import tcpros
+from rostest_support.common import DEADLINE, run, until
+from rostest_support.tcpros import CALLER, LOG, block, header, is_closed, receive_answer, receive_header
 
 IDLE = 2000  # connections
 SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of
@@ -305,18 +299,6 @@ ATTACKS = [name for name, method in vars(Attacks).items() if callable(method) an
            and name not in ('open', 'assert_answers', 'bad_call', 'closed')]
 
 
-def command(kind, folder):
-    """The command that starts a node of a kind."""
-    return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
-
-
-def end(processes):
-    """Send SIGINT to all that run."""
-    for process in processes:
-        if process.runs():
-            process.process.send_signal(signal.SIGINT)
-
-
 class AttackTest(unittest.TestCase):
 
     def attack(self, group):
@@ -324,34 +306,19 @@ class AttackTest(unittest.TestCase):
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
-        kinds = [BY_KEY[key] for key in GROUPS[group]]
-        with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
-            node_kinds.make_picture(folder)
-            processes = [stack.enter_context(Process(*command(kind, folder), stdin=subprocess.PIPE)) for kind in kinds]
-            stack.callback(end, processes)
-            attacked = [pair for pair in zip(kinds, processes) if group == 'simulators' or pair[0].key != 'turtlesim']
-            peers = [self.peer(kind, process) for kind, process in attacked]
-            idle = [stack.enter_context(tcpros.connect(peer.address)) for peer in peers]
+        with contextlib.ExitStack() as stack:
+            nodes = list(running(stack, GROUPS[group]).values())
+            attacked = [node for node in nodes if group == 'simulators' or node.kind.key != 'turtlesim']
+            idle = [stack.enter_context(tcpros.connect(node.peer.address)) for node in attacked]
             with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
-                troubles = sum(pool.map(attack_one, peers, *zip(*attacked)), [])
+                troubles = sum(pool.map(attack_one, attacked), [])
             until(lambda: all(map(is_closed, idle)), 'idle connections are closed at their deadline')
-            troubles += [f'{kind.key} has ended:\n{process.output()}' for kind, process in zip(kinds, processes)
-                         if not process.runs()]
-            troubles += [f'{kind.key} printed a traceback:\n{process.output()}'
-                         for kind, process in zip(kinds, processes) if 'Traceback' in process.output()]
-            end(processes)
+            troubles += sum((node.troubles() for node in nodes), [])
+            processes = [node.process for node in nodes]
+            interrupt(processes)
             for process in processes:
                 process.process.wait(DEADLINE)  # SIGINT alone is enough
         self.assertFalse(troubles, '\n'.join(troubles))
-
-    def peer(self, kind, process):
-        """The Peer of a node, once it has registered all that it has."""
-        master = rosgraph.Master(rospy.get_name())
-        sign = f'{kind.node}/set_logger_level'
-        complete = kind._replace(services=(*kind.services, sign))
-        until(lambda: not node_kinds.missing(complete, registered_names(kind.node)),
-              lambda: f'{kind.key} is up:\n{process.output()}', 3.0 * DEADLINE)
-        return Peer(kind.node, master.lookupNode(kind.node))
 
     def test_attack_simulators(self):
         """Simulators, camera, trackers, usb_cam and draw_square: attacked on their ports, they answer others all the
@@ -364,12 +331,11 @@ class AttackTest(unittest.TestCase):
         self.attack('others')
 
 
-
-def attack_one(peer, kind, process):
+def attack_one(node):
     """Attack a node in every way; the list of what went wrong."""
-    troubles = []
+    troubles, kind = [], node.kind
     for name in ENOUGH if kind.key in ALIKE else ATTACKS:
-        attacks = Attacks(peer, kind, process.output)
+        attacks = Attacks(node.peer, kind, node.process.output)
         with attacks.hostile:
             try:
                 getattr(attacks, name)()

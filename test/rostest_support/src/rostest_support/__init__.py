@@ -1,1 +1,1 @@
-"""Helpers for rostests, the bench and the stress campaign."""
+"""Helpers for rostests and tools/bench."""

@@ -1,8 +1,8 @@
 """The kinds of nodes in this repository: how each is started, and which names it must register. No ROS.
 
-The campaign of `./run stress`, and the rostests of properties that all kinds of nodes share, use this table. A kind's
-simulators and sources must run before it (`needs`, `in_order`). Several kinds that drive disturb each other on one
-turtle: `on_turtle` gives one of them another turtle, which has to be spawned; draw_square also calls reset.
+The rostests of properties that all kinds of nodes share use this table. A kind's simulators and sources must run before
+it (`needs`, `in_order`). Several kinds that drive disturb each other on one turtle: `on_turtle` gives one of them
+another turtle, which has to be spawned; draw_square also calls reset.
 """
 
 import os
