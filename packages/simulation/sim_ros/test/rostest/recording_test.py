@@ -31,26 +31,28 @@ class RecordingTest(SimulatorCase):
         rospy.wait_for_service(f'/{package}/step', DEADLINE)
         return process
 
-    def check(self, package, node):
+    def test_turtlesim_recordings(self):
+        """Recordings are kept, whole, and end alone on a full disk."""
         self.folder = self.temporary_directory()
         path = os.path.join(self.folder, 'a.csv')
-        step = rospy.ServiceProxy(f'/{package}/step', Step)
-        simulator = self.start(package, node, f'_record:={path}')
+        step = rospy.ServiceProxy('/turtlesim/step', Step)
+        simulator = self.start('turtlesim', 'turtlesim_node', f'_record:={path}')
         step(5)
         simulator.stop()
         first = self.rows('a.csv')
         self.assertEqual(6, len(first))
-        rospy.set_param(f'/{package}/record', path)  # as a killed run or a launch file leaves it
-        simulator = self.start(package, node)
+        rospy.set_param('/turtlesim/record', path)  # as a killed run or a launch file leaves it
+        simulator = self.start('turtlesim', 'turtlesim_node')
         simulator.wait_for_output(rf'{path}., which already exists and is not overwritten: .*a_2\.csv\. .*'
-                                  rf'rosparam delete /{package}/record')
+                                  r'rosparam delete /turtlesim/record')
         step(3)
         simulator.process.send_signal(signal.SIGKILL)
         simulator.stop()
         self.assertEqual(['a.csv', 'a_2.csv.active'], sorted(os.listdir(self.folder)))
         self.assertEqual(first, self.rows('a.csv'))
         self.assertEqual(4, len(self.rows('a_2.csv.active')))
-        simulator = self.start(package, node, before=('bash', '-c', f'ulimit -f {LARGEST}; exec "$@"', 'bash'))
+        simulator = self.start('turtlesim', 'turtlesim_node',
+                               before=('bash', '-c', f'ulimit -f {LARGEST}; exec "$@"', 'bash'))
         step(8000)
         simulator.wait_for_output(r'The recording stops here, after \d+ ticks: .*File too large.*a_3\.csv')
         self.assertLess(1, step(1).steps - len(self.rows('a_3.csv')))
@@ -65,13 +67,6 @@ class RecordingTest(SimulatorCase):
         lines = text.splitlines()
         self.assertEqual({lines[0].count(',')}, {line.count(',') for line in lines})
         return lines
-
-    def test_turtlesim_recordings(self):
-        """Recordings are kept, whole, and end alone on a full disk."""
-        self.check('turtlesim', 'turtlesim_node')
-
-    def test_robotont_recordings(self):
-        self.check('robotont_gazebo', 'robotont_gazebo')
 
     def recorded(self, package, node, cmd_vel, commands, *arguments):
         """Return the rows (dicts) of a run in which each of ``commands`` took effect, some steps after the other."""
@@ -119,24 +114,6 @@ class RecordingTest(SimulatorCase):
             self.assertEqual([row['x'], row['y'], row['theta']], [f'{value:.9g}' for value in world.pose], row)
             touched |= world.touching
         self.assertTrue(touched)
-
-    def test_turtlesim_snapshot_names(self):
-        """A file, a folder and a link that leads nowhere are at the next names: they stay, a free one is found."""
-        with Process(roslib.packages.find_node('turtlesim', 'turtlesim_node')[0]) as process:
-            self.simulator = '/turtlesim'
-            folder = self.temporary_directory()
-            rospy.wait_for_service('/turtlesim/snapshot', DEADLINE)
-            self.set_parameter('snapshot_dir', folder)
-            os.symlink(os.path.join(folder, 'nowhere'), os.path.join(folder, 'turtlesim_0001.png'))
-            os.mkdir(os.path.join(folder, 'turtlesim_0002.png'))
-            answers = [self.call('snapshot').message for _ in range(2)]
-            self.assertEqual([os.path.join(folder, f'turtlesim_000{number}.png') for number in (3, 4)], answers)
-            self.assertFalse(os.path.exists(os.path.join(folder, 'nowhere')))
-            self.set_parameter('snapshot_dir', os.path.join(folder, 'nowhere'))
-            answer = self.call('snapshot')
-            self.assertFalse(answer.success)
-            self.assertIn('choose another folder', answer.message)
-            self.assertTrue(process.runs())
 
 
 if __name__ == '__main__':
