@@ -48,11 +48,11 @@ def functions(source, *names):
                                re.MULTILINE | re.DOTALL).group() for name in names)
 
 
-def classroom50(folder, place, verdict):
+def classroom50(folder, runner, verdict):
     """Return what Classroom 50 says against a grading."""
     schema = jsonschema.Draft202012Validator(json.loads((folder / 'result-v1.schema.json').read_text()))
-    systems.write(systems.rendered('classroom50', grading(verdict), place))
-    path = pathlib.Path(place.folder) / 'result.json'
+    systems.write(systems.rendered('classroom50', grading(verdict), runner))
+    path = pathlib.Path(runner.folder) / 'result.json'
     if VERDICTS[verdict].outcome == 'undecided':
         return ['there is a result'] if path.exists() else []
     result = json.loads(path.read_text())
@@ -66,20 +66,20 @@ def classroom50(folder, place, verdict):
     return found
 
 
-def junit(folder, place, verdict):
+def junit(folder, runner, verdict):
     """Return what Jenkins says against a grading."""
     schema = xmlschema.XMLSchema(str(folder / 'junit-10.xsd'))
-    return [str(error) for error in schema.iter_errors(systems.rendered('junit', grading(verdict), place).stdout)]
+    return [str(error) for error in schema.iter_errors(systems.rendered('junit', grading(verdict), runner).stdout)]
 
 
-def vpl(folder, place, verdict):
+def vpl(folder, runner, verdict):
     """Return what VPL reads wrong of a grading."""
     source = (folder / 'vpl_submission.class.php').read_text()
     tags = '\n'.join(re.findall(r'^ *const \w*TAG = .*$', source, re.MULTILINE))
     program = (functions((folder / 'locallib.php').read_text(), 'vpl_detect_newline')
                + 'class Reader {' + tags + functions(source, 'find_proposedgrade', 'find_proposedcomment') + '}'
                + READ_VPL)
-    stdout = systems.rendered('vpl', grading(verdict), place).stdout
+    stdout = systems.rendered('vpl', grading(verdict), runner).stdout
     done = subprocess.run(['php', '-r', program], input=stdout.encode(), stdout=subprocess.PIPE, check=True)
     grade, comment = json.loads(done.stdout)
     decided = VERDICTS[verdict]
@@ -94,10 +94,10 @@ def main():
     """Check every grading in every format; return the exit code."""
     folder, wrong = pathlib.Path(sys.argv[1]).resolve(), 0
     with tempfile.TemporaryDirectory() as current:
-        place = systems.Place(ENVIRONMENT, current, os.path.join(current, 'autograder'))
+        runner = systems.Runner(ENVIRONMENT, current, os.path.join(current, 'autograder'))
         for check in (classroom50, junit, vpl):
             for verdict in VERDICTS:
-                found = check(folder, place, verdict)
+                found = check(folder, runner, verdict)
                 wrong += bool(found)
                 print(f'{"FAILED" if found else "ok":8}{check.__name__}, {verdict}', *found, sep='\n        ')
     return int(wrong > 0)

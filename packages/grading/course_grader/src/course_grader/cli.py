@@ -130,10 +130,10 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 def _grade(options: argparse.Namespace) -> int:
     """Grade one program."""
-    place = systems.Place(os.environ)
-    options.format = options.format or systems.detect(place)
+    runner = systems.Runner(os.environ)
+    options.format = options.format or systems.detect(runner)
     try:
-        job = _job(options, place)
+        job = _job(options, runner)
     except (exercise.ExerciseError, systems.FormatError, usage.UsageError, live.ReportError, OSError) as error:
         return _wrong(error)
     processes.make_interruptible()
@@ -144,7 +144,7 @@ def _grade(options: argparse.Namespace) -> int:
                 say(f'./run grade: {warning}', sys.stderr)
             job = job._replace(isolation=isolation)
             got = supervisor.grade(job, options.limit, lambda text: say(harmless.printed(text), sys.stderr))
-        written = _written(options, place, job, got, [*got.remarks, *filter(None, [warning])])
+        written = _written(options, runner, job, got, [*got.remarks, *filter(None, [warning])])
     except KeyboardInterrupt:
         say('./run grade: interrupted; all its processes have ended', sys.stderr)
         return exit_codes.INTERRUPTED
@@ -161,11 +161,11 @@ def _grade(options: argparse.Namespace) -> int:
     return written.code
 
 
-def _job(options: argparse.Namespace, place: systems.Place) -> Job:
+def _job(options: argparse.Namespace, runner: systems.Runner) -> Job:
     """Return what is to be graded; raise the error of what is wrong with the options."""
-    systems.check(options.format, place)
+    systems.check(options.format, runner)
     usage.check(options.typed, options.unknown, options.command, options.exercise)
-    student = options.student or systems.student(options.format, place)
+    student = options.student or systems.student(options.format, runner)
     chosen = load(usage.find(options.exercise, exercises()), student)
     usage.check_student(chosen, student)
     live.check_address(options.report)
@@ -180,7 +180,7 @@ def _job(options: argparse.Namespace, place: systems.Place) -> Job:
                sourced=usage.sourced_packages(os.environ))
 
 
-def _written(options: argparse.Namespace, place: systems.Place, job: Job, got: Attempted, remarks: Sequence[str]
+def _written(options: argparse.Namespace, runner: systems.Runner, job: Job, got: Attempted, remarks: Sequence[str]
              ) -> systems.Written:
     """Write a grading in its format; raise OSError."""
     junit = options.rostest or options.junit
@@ -190,7 +190,7 @@ def _written(options: argparse.Namespace, place: systems.Place, job: Job, got: A
     files = ', '.join(name for name in RESULTS if os.path.exists(os.path.join(job.output, name)))
     notes = [*(f'  note: {remark}' for remark in remarks), f'  seed {job.seed}; {files} are in {job.output}']
     written = systems.rendered(options.format, systems.Grading(
-        job.exercise, job.command, got.verdict, got.observed.seconds, job.output, notes, job.isolation.level), place)
+        job.exercise, job.command, got.verdict, got.observed.seconds, job.output, notes, job.isolation.level), runner)
     systems.write(written)
     return written
 
@@ -199,10 +199,10 @@ def _report(options: argparse.Namespace, chosen: Exercise, verdict: scoring.Verd
     """Report a Verdict to the live view of the class."""
     try:
         live.report(options.report, options.student, chosen.name, verdict)
-        said = 'reported to the live view of your class'
+        text = 'reported to the live view of your class'
     except live.ReportError as error:
-        said = f'the report to the live view did not arrive: {error}'
-    say(harmless.printed(f'./run grade: {said}'), sys.stderr)
+        text = f'the report to the live view did not arrive: {error}'
+    say(harmless.printed(f'./run grade: {text}'), sys.stderr)
 
 
 def _wrong(error: Exception) -> int:

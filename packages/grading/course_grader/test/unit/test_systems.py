@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from course_grader.formats import systems
-from course_grader.formats.systems import FORMATS, Place
+from course_grader.formats.systems import FORMATS, Runner
 from unit_support.gradings import HOSTILE, VERDICTS, grading
 
 RUNNER = {'CLASSROOM': 'ros', 'ASSIGNMENT': 'stop', 'SUBMISSION_TAG': 'submit/2026-11-22T10-00-00Z-abc1234',
@@ -18,20 +18,20 @@ PNG = b'\x89PNG of a path'
 each_verdict = pytest.mark.parametrize('verdict', VERDICTS)
 
 
-@pytest.fixture(name='place')
+@pytest.fixture(name='runner')
 def fixture_place(tmp_path):
-    """A place of every system: the folder of a repository, Gradescope's folders, the environment of both runners."""
+    """A runner of every system: the folder of a repository, Gradescope's folders, the environment of both runners."""
     for name in ('submission', 'results'):
         (tmp_path / 'autograder' / name).mkdir(parents=True)
     (tmp_path / 'grades').mkdir()
     (tmp_path / 'grades' / 'path.png').write_bytes(PNG)
     environment = {**RUNNER, 'VPL_GRADEMIN': '0', 'VPL_GRADEMAX': '10'}
-    return Place(environment, str(tmp_path), str(tmp_path / 'autograder'))
+    return Runner(environment, str(tmp_path), str(tmp_path / 'autograder'))
 
 
-def written(name, verdict, place):
+def written(name, verdict, runner):
     """Write a format; return the Written."""
-    result = systems.rendered(name, grading(verdict, f'{place.folder}/grades'), place)
+    result = systems.rendered(name, grading(verdict, f'{runner.folder}/grades'), runner)
     systems.write(result)
     return result
 
@@ -44,17 +44,17 @@ def written(name, verdict, place):
 def test_the_place_tells_the_format(tmp_path, environment, folders, expected):
     for name in folders:
         (tmp_path / name).mkdir()
-    place = Place(environment, '.', str(tmp_path))
-    assert systems.detect(place) == expected
-    systems.check(expected, place)
+    runner = Runner(environment, '.', str(tmp_path))
+    assert systems.detect(runner) == expected
+    systems.check(expected, runner)
 
 
 def test_a_format_that_does_not_fit_the_place_is_refused(tmp_path):
-    place = Place({'CLASSROOM': 'ros'}, '.', str(tmp_path / 'none'))
+    runner = Runner({'CLASSROOM': 'ros'}, '.', str(tmp_path / 'none'))
     with pytest.raises(systems.FormatError, match='needs ASSIGNMENT, SUBMISSION_TAG, COMMIT_URL, RELEASE_URL in the'):
-        systems.check('classroom50', place)
+        systems.check('classroom50', runner)
     with pytest.raises(systems.FormatError, match='there is no folder .*none; choose another format'):
-        systems.check('gradescope', place)
+        systems.check('gradescope', runner)
 
 
 HIDDEN = {'after the deadline': 'after_due_date', 'never': 'hidden'}
@@ -62,11 +62,11 @@ HIDDEN = {'after the deadline': 'after_due_date', 'never': 'hidden'}
 
 @pytest.mark.parametrize('visible', HIDDEN)
 @pytest.mark.parametrize('name', FORMATS)
-def test_a_check_that_is_not_visible_is_in_no_format_but_gradescope(place, name, visible):
-    one = grading('failed', f'{place.folder}/grades')
+def test_a_check_that_is_not_visible_is_in_no_format_but_gradescope(runner, name, visible):
+    one = grading('failed', f'{runner.folder}/grades')
     moves, stops = one.decided.reasons
     decided = one.decided._replace(reasons=[moves, stops._replace(asked='a secret', visible=visible)], objections=[])
-    result = systems.rendered(name, one._replace(decided=decided), place)
+    result = systems.rendered(name, one._replace(decided=decided), runner)
     texts = [result.stdout, *(content for content in result.files.values() if isinstance(content, str))]
     assert ('a secret' in ''.join(texts)) == (name == 'gradescope')
     if name == 'gradescope':
@@ -79,16 +79,16 @@ def test_a_check_that_is_not_visible_is_in_no_format_but_gradescope(place, name,
 
 @each_verdict
 @pytest.mark.parametrize('name', FORMATS)
-def test_exit_codes(place, name, verdict):
+def test_exit_codes(runner, name, verdict):
     outcome = VERDICTS[verdict].outcome
     graded = 0 if name in SCORED else 1
-    assert written(name, verdict, place).code == {'passed': 0, 'failed': graded, 'undecided': 3}[outcome]
+    assert written(name, verdict, runner).code == {'passed': 0, 'failed': graded, 'undecided': 3}[outcome]
 
 
 @each_verdict
 @pytest.mark.parametrize('name', [name for name in FORMATS if name not in ('csv', 'junit')])
-def test_no_line_commands_a_log(place, name, verdict):
-    stdout = written(name, verdict, place).stdout
+def test_no_line_commands_a_log(runner, name, verdict):
+    stdout = written(name, verdict, runner).stdout
     assert not re.search(r'^\s*::|##\w*\[|[\x00-\x08\x0b-\x1f\x7f-\x9f]', stdout, re.MULTILINE)
     grades = re.findall(r'^\s*(?:Grade|Comment) :=>>.*$', stdout, re.MULTILINE)
     assert len(grades) == (name == 'vpl' and VERDICTS[verdict].outcome != 'undecided')
@@ -98,11 +98,11 @@ def test_no_line_commands_a_log(place, name, verdict):
 # Classroom 50
 
 @each_verdict
-def test_classroom50(place, tmp_path, verdict):
+def test_classroom50(runner, tmp_path, verdict):
     decided = VERDICTS[verdict]
     (tmp_path / 'result.json').write_text('{"score": 100}')  # of an earlier time, or the student's own
     (tmp_path / 'release-body.md').write_text('100')
-    written('classroom50', verdict, place)
+    written('classroom50', verdict, runner)
     if decided.outcome == 'undecided':
         assert not (tmp_path / 'result.json').exists() and not (tmp_path / 'release-body.md').exists()
         return
@@ -120,10 +120,10 @@ def test_classroom50(place, tmp_path, verdict):
     assert body.rstrip('\n').endswith(fence.replace('text', '')) and body.count(fence.replace('text', '')) == 2
 
 
-def test_a_link_of_the_student_is_replaced_not_followed(place, tmp_path):
+def test_a_link_of_the_student_is_replaced_not_followed(runner, tmp_path):
     (tmp_path / 'victim').write_text('stays')
     (tmp_path / 'result.json').symlink_to(tmp_path / 'victim')
-    written('classroom50', 'passed', place)
+    written('classroom50', 'passed', runner)
     assert (tmp_path / 'victim').read_text() == 'stays'
     assert json.loads((tmp_path / 'result.json').read_text())['score'] == 100
 
@@ -135,11 +135,11 @@ TEST_KEYS = {'name', 'number', 'score', 'max_score', 'status', 'output', 'output
 
 
 @each_verdict
-def test_gradescope(place, tmp_path, verdict):
+def test_gradescope(runner, tmp_path, verdict):
     decided = VERDICTS[verdict]
     path = tmp_path / 'autograder' / 'results' / 'results.json'
     path.write_text('{"score": 100}')
-    written('gradescope', verdict, place)
+    written('gradescope', verdict, runner)
     if decided.outcome == 'undecided':  # the first submission: Gradescope says that the autograder failed
         assert not path.exists()
         return
@@ -156,10 +156,10 @@ def test_gradescope(place, tmp_path, verdict):
     ('{"previous_submissions": [{"score": 10.0}, {"score": 62.5}]}', 62.5),
     ('{"previous_submissions": []}', None), ('{"previous_submissions": [{"score": null}]}', None), ('[', None),
 ])
-def test_an_undecided_grading_keeps_the_score_in_gradescope(place, tmp_path, metadata, expected):
+def test_an_undecided_grading_keeps_the_score_in_gradescope(runner, tmp_path, metadata, expected):
     (tmp_path / 'autograder' / 'submission_metadata.json').write_text(metadata)
     path = tmp_path / 'autograder' / 'results' / 'results.json'
-    written('gradescope', 'hostile undecided', place)
+    written('gradescope', 'hostile undecided', runner)
     assert path.exists() == (expected is not None)
     if path.exists():
         result = json.loads(path.read_text())
@@ -177,9 +177,9 @@ def vpl_reads(stdout):
 
 
 @each_verdict
-def test_vpl(place, verdict):
+def test_vpl(runner, verdict):
     decided = VERDICTS[verdict]
-    grade, comments = vpl_reads(written('vpl', verdict, place).stdout)
+    grade, comments = vpl_reads(written('vpl', verdict, runner).stdout)
     assert grade == (None if decided.outcome == 'undecided' else f'{round(decided.score / 10, 2):g}')  # of 0 to 10
     assert len(comments) == 1
     first, *others = comments[0].rstrip('\n').split('\n')
@@ -192,16 +192,16 @@ def test_vpl(place, verdict):
     ({'VPL_GRADEMIN': '', 'VPL_GRADEMAX': ''}, '87.5'),
 ])
 def test_vpl_grades_lie_between_the_limits_of_the_activity(environment, expected):  # 1 + 5 * 0.875 = 5.375
-    stdout = systems.rendered('vpl', grading('passed with less'), Place(environment)).stdout
+    stdout = systems.rendered('vpl', grading('passed with less'), Runner(environment)).stdout
     assert vpl_reads(stdout)[0] == expected
 
 
 # Autolab, JUnit, CSV
 
 @each_verdict
-def test_autolab_reads_the_last_line(place, verdict):
+def test_autolab_reads_the_last_line(runner, verdict):
     decided = VERDICTS[verdict]
-    last = written('autolab', verdict, place).stdout.split('\n')[-1]
+    last = written('autolab', verdict, runner).stdout.split('\n')[-1]
     if decided.outcome == 'undecided':
         assert last == 'No score: there is no verdict.'
     else:
@@ -215,8 +215,8 @@ CASES = {  # verdict: what its testcases hold: that of the verdict, then one for
 
 
 @each_verdict
-def test_junit_has_a_testcase_for_each_check(place, verdict):
-    stdout = written('junit', verdict, place).stdout
+def test_junit_has_a_testcase_for_each_check(runner, verdict):
+    stdout = written('junit', verdict, runner).stdout
     suites = ElementTree.fromstring(stdout)
     suite, = suites
     cases = suite.findall('testcase')
@@ -232,8 +232,8 @@ def test_junit_has_a_testcase_for_each_check(place, verdict):
 
 
 @each_verdict
-def test_csv_is_a_row_without_formulas(place, verdict):
-    row, = csv.DictReader(io.StringIO(written('csv', verdict, place).stdout))
+def test_csv_is_a_row_without_formulas(runner, verdict):
+    row, = csv.DictReader(io.StringIO(written('csv', verdict, runner).stdout))
     decided = VERDICTS[verdict]
     undecided = decided.outcome == 'undecided'
     assert (row['exercise'], row['verdict']) == ('stop_at_x', decided.outcome)

@@ -76,8 +76,8 @@ def test_a_single_grading_asks_for_the_name(tmp_path, capsys):
 def test_a_system_tells_the_name_of_the_student(tmp_path, form, name, environment):
     if form == 'gradescope' and environment is not None:
         (tmp_path / 'submission_metadata.json').write_text(json.dumps({'users': environment}))
-    place = systems.Place(environment if isinstance(environment, dict) else {}, autograder=str(tmp_path))
-    assert systems.student(form, place) == name
+    runner = systems.Runner(environment if isinstance(environment, dict) else {}, autograder=str(tmp_path))
+    assert systems.student(form, runner) == name
 
 
 @pytest.mark.parametrize('variables, goal', [({'MOODLE_USER_NAME': 'Anna Berg'}, 'Anna Berg'), ({}, None)])

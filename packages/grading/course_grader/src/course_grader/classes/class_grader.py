@@ -83,7 +83,7 @@ def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Ca
             for future in concurrent.futures.as_completed(list(pending)):
                 done(_finished(pending.pop(future), future.result))
         except KeyboardInterrupt:
-            for future in [one for one in pending if one.done()]:  # they have just ended and count, too
+            for future in [future for future in pending if future.done()]:  # they have just ended and count, too
                 done(_finished(pending.pop(future), future.result))
             raise
         finally:
@@ -97,9 +97,9 @@ def _submit(work: Work, executor: concurrent.futures.Executor, task: Callable[[A
     """Return the future of a grading; it is already done if there is no program to start."""
     done: concurrent.futures.Future[Answer] = concurrent.futures.Future()
     try:
-        if not work.submission.trouble:
+        if work.submission.trouble is None:
             return executor.submit(task, pack(work))
-        done.set_result(_without_attempt(work))
+        done.set_result(_without_attempt(work, work.submission.trouble))
     except (OSError, ValueError) as error:
         done.set_exception(error)
     return done
@@ -120,14 +120,14 @@ def _finished(work: Work, answer: Callable[[], Answer]) -> Graded:
     except Exception as error:  # of any kind, also from another machine: the others are still graded
         with contextlib.suppress(OSError):
             remove_results(work.folder)
-        said = f'the grading failed: {error or type(error).__name__}'
-        return graded.undecided(work.submission, work.folder, said, time.monotonic() - start)
+        reason = f'the grading failed: {error or type(error).__name__}'
+        return graded.undecided(work.submission, work.folder, reason, time.monotonic() - start)
 
 
-def _without_attempt(work: Work) -> Answer:
-    """Write the results of a submission without a program to start."""
+def _without_attempt(work: Work, trouble: str) -> Answer:
+    """Write the results of a submission without a program to start; ``trouble``: why."""
     os.makedirs(work.folder, exist_ok=True)
     remove_results(work.folder)
-    decided = Verdict(scoring.FAILED, 0.0, [], [work.submission.trouble])
+    decided = Verdict(scoring.FAILED, 0.0, [], [trouble])
     report.write(work.folder, work.exercise, Observed(), decided, (), work.seed)
     return Answer(0.0)

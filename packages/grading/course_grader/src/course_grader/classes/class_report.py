@@ -3,7 +3,7 @@ import csv
 import os
 import secrets
 import shutil
-from typing import Dict, List, Sequence
+from typing import Dict, List, Optional, Sequence
 
 from course_grader.classes import class_page, class_table, similarity
 from course_grader.classes.class_table import Class
@@ -47,12 +47,13 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
         os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
         write_whole(os.path.join(folder, name), content)
     shown = [name for name in contents if not name.startswith((PAGES + os.sep, SIMILAR + os.sep))]
-    shown += [PAGES + os.sep] * student_pages
+    if student_pages:
+        shown.append(PAGES + os.sep)
     return [os.path.join(folder, name) for name in shown]
 
 
-def similar_files(found: Sequence[similarity.Pair]) -> Dict[str, str]:
-    """Return {name: page} for each pair, in their order; '' for programs that are too long to be shown."""
+def similar_files(found: Sequence[similarity.Pair]) -> Dict[str, Optional[str]]:
+    """Return {name: page} for each pair, in their order; None for programs that are too long to be shown."""
     return {f'{SIMILAR}/{number}.html': similarity.side_by_side(pair) for number, pair in enumerate(found, 1)}
 
 

@@ -33,9 +33,9 @@ class Class(NamedTuple):
         """Return {(student, exercise): the best of the attempts}; one without a verdict is the worst."""
         best: Best = {}
         for graded in self.results:
-            place = graded.submission.student, graded.submission.exercise
-            if place not in best or _merit(best[place]) < _merit(graded):
-                best[place] = graded
+            key = graded.submission.student, graded.submission.exercise
+            if key not in best or _merit(best[key]) < _merit(graded):
+                best[key] = graded
         return best
 
 
@@ -76,11 +76,11 @@ def grades(graded: Class) -> List[Grades]:
         own = {exercise: best[student, exercise] for exercise in graded.exercises if (student, exercise) in best}
         scores = {exercise: f'{one.score:g}' for exercise, one in own.items() if one.outcome in scoring.DECIDED}
         found.append(Grades(student, scores, _mean(graded, student, best) if own else '', '; '.join(
-            f'{exercise}: {_told(one)}' for exercise, one in own.items())))
+            f'{exercise}: {_summary(one)}' for exercise, one in own.items())))
     return found
 
 
-def _told(graded: Graded) -> str:
+def _summary(graded: Graded) -> str:
     """Return the verdict of a grading with its main reason."""
     reason = graded.verdict.public(graded.over).main_reason()
     score = f'{graded.score:g} of 100' if graded.outcome in scoring.DECIDED else graded.outcome

@@ -10,7 +10,7 @@ from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 from course_grader.classes import marks
 from course_grader.classes.graded import DEADLINES, MARKS, Graded
-from course_grader.classes.marks import Mark, MarksError, Place
+from course_grader.classes.marks import Key, Mark, MarksError
 from course_grader.formats import platforms
 from course_grader.rules import scoring
 
@@ -46,28 +46,28 @@ def read(folder: str) -> Dict[Tuple[str, str], Deadline]:
     return found
 
 
-def of(place: Place, deadlines: Deadlines) -> Deadline:
+def of(key: Key, deadlines: Deadlines) -> Deadline:
     """Return the deadline of (student, exercise), at infinity without one; that of a student goes first."""
-    student, exercise = place
+    student, exercise = key
     keys = (student, exercise), (student, ALL), (ALL, exercise), (ALL, ALL)
     return next((deadlines[key] for key in keys if key in deadlines), Deadline(math.inf))
 
 
-def apply(results: Sequence[Graded], deadlines: Deadlines, given: Mapping[Place, Mark], now: float
+def apply(results: Sequence[Graded], deadlines: Deadlines, given: Mapping[Key, Mark], now: float
           ) -> Tuple[List[Graded], List[str]]:
     """Return the results with what late programs lose, and notes; ``given``: marks, ``now`` [s since 1970]."""
     if not deadlines:
         return list(results), []
-    applied = [_applied(one, of(_place(one), deadlines), given.get(_place(one), Mark()).handed_in, now)
+    applied = [_applied(one, of(_key(one), deadlines), given.get(_key(one), Mark()).handed_in, now)
                for one in results]
-    unknown = sum(not (one.submission.handed_in or given.get(_place(one), Mark()).handed_in)
-                  and math.isfinite(of(_place(one), deadlines).at) for one in results)
+    unknown = sum(not (one.submission.handed_in or given.get(_key(one), Mark()).handed_in)
+                  and math.isfinite(of(_key(one), deadlines).at) for one in results)
     return applied, [f'{unknown} of {len(results)} submissions count as in time, because nothing says when they were '
                      f'handed in: write it into {MARKS}, column handed_in, or take the dates of the files with '
                      '--file-dates'] if unknown else []
 
 
-def _place(one: Graded) -> Place:
+def _key(one: Graded) -> Key:
     return one.submission.student, one.submission.exercise
 
 
@@ -82,10 +82,11 @@ def _applied(one: Graded, deadline: Deadline, by_hand: str, now: float) -> Grade
     days = max(1, math.ceil(late / DAY))
     lost = min(one.score, days * deadline.points)
     how = f'{_duration(late)} late, at {when}' if late else 'late, as the platform says, which counts as one day'
-    told = f'handed in {how}; the deadline was {datetime.datetime.fromtimestamp(deadline.at):%Y-%m-%d %H:%M}'
-    told += f': {lost:g} points less than {one.score:g}' if lost else ''
+    objection = f'handed in {how}; the deadline was {datetime.datetime.fromtimestamp(deadline.at):%Y-%m-%d %H:%M}'
+    if lost:
+        objection += f': {lost:g} points less than {one.score:g}'
     return one._replace(verdict=one.verdict._replace(score=round(one.score - lost, 1),
-                                                     objections=[told, *one.verdict.objections]))
+                                                     objections=[objection, *one.verdict.objections]))
 
 
 def _duration(seconds: float) -> str:

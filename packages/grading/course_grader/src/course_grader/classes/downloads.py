@@ -19,7 +19,7 @@ import shutil
 import stat
 import zipfile
 import zlib
-from typing import IO, Any, Callable, Dict, List, NamedTuple, Set, Tuple
+from typing import IO, Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
 
 from course_grader.classes.graded import CLASS, HANDED_IN, LONGEST_NAME
 from course_grader.classes.submissions import NOBODYS, LeftOut
@@ -64,8 +64,8 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
     """
     is_folder = os.path.isdir(path)
     files = _in_folder(path) if is_folder else _in_zip(path)
-    places, origin = _places(files)
-    if is_folder and not places:
+    owners, origin = _owners(files)
+    if is_folder and not owners:
         return path, [], origin
     target = os.path.join(output, HANDED_IN)
     _check_target(path, target, output)
@@ -75,10 +75,10 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
         pass
     left_out, room = [], MAX_ALL
     for file in files[:MAX_FILES]:
-        student, rest = places.get(file.name, ('', file.name))
-        if places and _is_metadata(file.name):
+        student, rest = owners.get(file.name, ('', file.name))
+        if owners and _is_metadata(file.name):
             continue
-        reason = NOBODYS if places and not student else _refusal(file, rest, room)
+        reason = NOBODYS if owners and not student else _refusal(file, rest, room)
         try:
             if not reason:
                 room -= _write(file, os.path.join(target, student, rest))
@@ -88,7 +88,7 @@ def folder_of_class(path: str, output: str) -> Tuple[str, List[LeftOut], Origin]
             left_out.append(LeftOut(student, rest, reason))
     if len(files) > MAX_FILES:
         left_out.append(LeftOut('', '', f'{len(files) - MAX_FILES} more files: at most {MAX_FILES:,} are read'))
-    return target if places else _inner(target), left_out, origin
+    return target if owners else _inner(target), left_out, origin
 
 
 def _check_target(path: str, target: str, output: str) -> None:
@@ -126,14 +126,14 @@ def _in_zip(path: str) -> List[File]:
 def _in_folder(path: str) -> List[File]:
     files: List[File] = []
 
-    def opener(place: str) -> Callable[[], IO[bytes]]:
-        return lambda: open(place, 'rb')
+    def opener(file_path: str) -> Callable[[], IO[bytes]]:
+        return lambda: open(file_path, 'rb')
     for parent, folders, names in student_files.walk(path):
         folders[:] = [name for name in folders if not name.startswith('.')]
         for name in names:
-            place = os.path.join(parent, name)
-            about = os.lstat(place)
-            files.append(File(os.path.relpath(place, path), about.st_size, about.st_mode, opener(place),
+            file_path = os.path.join(parent, name)
+            about = os.lstat(file_path)
+            files.append(File(os.path.relpath(file_path, path), about.st_size, about.st_mode, opener(file_path),
                               about.st_mtime))
     return files
 
@@ -146,7 +146,7 @@ def _date(info: zipfile.ZipInfo) -> float:
         return 0.0
 
 
-def _places(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
+def _owners(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
     """Return {name of a file: (student, path in the student's folder)} if the files have the layout of a platform.
 
     And the Origin.
@@ -154,9 +154,9 @@ def _places(files: List[File]) -> Tuple[Dict[str, Tuple[str, str]], Origin]:
     for platform, layout in LAYOUTS.items():
         found, times = layout(files)
         if found:
-            places = _with_unique_students(found)
-            return places, Origin(platform, {places[name][0]: number for name, (_, number, _) in found.items()},
-                                  {'/'.join(places[name]): time for name, time in times.items()})
+            owners = _with_unique_students(found)
+            return owners, Origin(platform, {owners[name][0]: number for name, (_, number, _) in found.items()},
+                                  {'/'.join(owners[name]): time for name, time in times.items()})
     return {}, Origin()
 
 
@@ -247,8 +247,8 @@ def _as_folder(name: str) -> str:
     return os.fsencode(plain)[:LONGEST_NAME].decode('utf-8', 'ignore')
 
 
-def _refusal(file: File, rest: str, room: int) -> str:
-    """Return why a file is not copied to the path ``rest``, or ''; ``room`` [bytes] is left for it."""
+def _refusal(file: File, rest: str, room: int) -> Optional[str]:
+    """Return why a file is not copied to the path ``rest``, or None; ``room`` [bytes] is left for it."""
     parts = rest.replace('\\', '/').split('/')
     if file.mode and stat.S_IFMT(file.mode) not in (0, stat.S_IFREG):
         return 'it is a link, or no file'
@@ -258,7 +258,7 @@ def _refusal(file: File, rest: str, room: int) -> str:
         return 'its path is too long'
     if file.size > MAX_FILE:
         return f'it has {file.size / MEGABYTE:.0f} MB; at most {MAX_FILE / MEGABYTE:.0f} MB are read'
-    return '' if file.size <= room else f'all files together have more than {MAX_ALL / MEGABYTE:.0f} MB'
+    return None if file.size <= room else f'all files together have more than {MAX_ALL / MEGABYTE:.0f} MB'
 
 
 def _write(file: File, path: str) -> int:

@@ -43,9 +43,9 @@ def _run(options: argparse.Namespace) -> int:
     for folder, _, _, _, found, _, _ in parts:
         for student, exercise, attempt, handed_in in found:
             one = _read(Submission(student, exercise, (), '', attempt=attempt, handed_in=handed_in), folder)
-            place = student, exercise, attempt
-            if place not in best or _rank(best[place], options) < _rank(one, options):
-                best[place] = one
+            key = student, exercise, attempt
+            if key not in best or _rank(best[key], options) < _rank(one, options):
+                best[key] = one
     results = [_moved(one, options.output) for _, one in sorted(best.items(), key=lambda entry: entry[0])]
     missing = [f'{one.submission.student}/{one.submission.exercise}' for one in results if not one.at]
     notes = [harmless.printed(f'Not graded in any part: {", ".join(missing)}')] if missing else []

@@ -70,15 +70,15 @@ class Board:
         """Take a report of an address; raise Refused."""
         try:
             self._limit(address)
-            place, last = self._parsed(body)
-            students, exercises = ({key[part] for key in (*self._cells, place)} for part in (0, 1))
+            key, last = self._parsed(body)
+            students, exercises = ({other[part] for other in (*self._cells, key)} for part in (0, 1))
             if len(students) > MAX_STUDENTS or len(exercises) > MAX_EXERCISES:
                 raise Refused(507, f'there are reports of {MAX_STUDENTS} students or {MAX_EXERCISES} exercises already')
         except Refused:
             self.refused += 1
             raise
-        count = self._cells[place].gradings if place in self._cells else 0
-        self._cells[place] = last._replace(gradings=count + 1)
+        count = self._cells[key].gradings if key in self._cells else 0
+        self._cells[key] = last._replace(gradings=count + 1)
 
     def _limit(self, address: str) -> None:
         if len(self._times) > MAX_ADDRESSES:

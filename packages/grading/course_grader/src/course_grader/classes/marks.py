@@ -15,7 +15,7 @@ from course_grader.rules import scoring
 REQUIRED = 'student', 'exercise'
 COLUMNS = (*REQUIRED, 'score', 'verdict', 'comment', 'handed_in')
 PASSES = 80.0  # score that passes, unless the mark says the verdict
-Place = Tuple[str, str]  # student, exercise
+Key = Tuple[str, str]  # student, exercise
 
 
 class MarksError(ValueError):
@@ -31,7 +31,7 @@ class Mark(NamedTuple):
     handed_in: str = ''
 
 
-def read(folder: str) -> Dict[Place, Mark]:
+def read(folder: str) -> Dict[Key, Mark]:
     """Return {(student, exercise): Mark}, {} without a file; raise MarksError or OSError."""
     return {(row['student'], row['exercise']): _mark(row, where)
             for row, where in rows(os.path.join(folder, MARKS), REQUIRED, COLUMNS)}
@@ -98,17 +98,17 @@ def _mark(row: Dict[str, str], where: str) -> Mark:
     return Mark(score, verdict, row.get('comment', ''), handed_in)
 
 
-def apply(results: Sequence[Graded], marks: Dict[Place, Mark]) -> Tuple[List[Graded], List[str]]:
+def apply(results: Sequence[Graded], marks: Dict[Key, Mark]) -> Tuple[List[Graded], List[str]]:
     """Return the results with the marks, and texts about marks without a submission."""
-    given = [_applied(one, marks[place]) if place in marks else one for one in results
-             for place in [(one.submission.student, one.submission.exercise)]]
+    given = [_applied(one, marks[key]) if key in marks else one for one in results
+             for key in [(one.submission.student, one.submission.exercise)]]
     known = {(one.submission.student, one.submission.exercise) for one in results}
-    return given, [f'{MARKS}: {"/".join(place)} has not been handed in{_meant(place, known)}'
-                   for place in marks if place not in known]
+    return given, [f'{MARKS}: {"/".join(key)} has not been handed in{_meant(key, known)}'
+                   for key in marks if key not in known]
 
 
-def _meant(place: Place, known: Collection[Place]) -> str:
-    close = difflib.get_close_matches('/'.join(place), ['/'.join(other) for other in known], 1)
+def _meant(key: Key, known: Collection[Key]) -> str:
+    close = difflib.get_close_matches('/'.join(key), ['/'.join(other) for other in known], 1)
     return f'. Did you mean {close[0]}?' if close else ''
 
 
@@ -122,5 +122,6 @@ def _applied(one: Graded, mark: Mark) -> Graded:
         outcome = scoring.PASSED if score >= PASSES else scoring.FAILED
     before = f'{verdict.score:g}' if verdict.outcome in scoring.DECIDED else verdict.outcome
     changed = f'{score:g} of 100 instead of {before}' if mark.score is not None else mark.verdict
-    told = 'by hand: ' + ': '.join(filter(None, (changed, mark.comment)))
-    return one._replace(verdict=verdict._replace(outcome=outcome, score=score, objections=[told, *verdict.objections]))
+    objection = 'by hand: ' + ': '.join(filter(None, (changed, mark.comment)))
+    return one._replace(verdict=verdict._replace(outcome=outcome, score=score,
+                                                 objections=[objection, *verdict.objections]))

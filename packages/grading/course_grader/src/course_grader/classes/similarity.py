@@ -91,11 +91,11 @@ def _share(first: Runs, second: Runs) -> float:
     return len(first & second) / shorter if shorter >= ENOUGH else 0.0
 
 
-def side_by_side(pair: Pair) -> str:
-    """Return a page with both programs beside each other and their differences marked, '' if they are too long."""
+def side_by_side(pair: Pair) -> Optional[str]:
+    """Return a page with both programs beside each other and their differences marked, None if they are too long."""
     lines = [harmless.plain(text).splitlines() for text in pair.texts]
     if any(len(one) > MAX_LINES or max(map(len, one), default=0) > MAX_LINE for one in lines):
-        return ''
+        return None
     first, second = lines
     return difflib.HtmlDiff(tabsize=4, wrapcolumn=COLUMNS).make_file(
         first, second, harmless.plain(html.escape(pair.first)), harmless.plain(html.escape(pair.second)))

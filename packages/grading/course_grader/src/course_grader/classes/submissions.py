@@ -17,7 +17,7 @@ import difflib
 import os
 import re
 import shlex
-from typing import Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.isolation import sandbox, student_files
 
@@ -46,7 +46,7 @@ class Submission(NamedTuple):
     exercise: str
     command: Tuple[str, ...]
     folder: str
-    trouble: str = ''
+    trouble: Optional[str] = None
     packages: str = ''  # folder with the student's packages
     program: str = ''  # the file that has the exercise's name
     attempt: str = ''  # which of several attempts it is
@@ -118,7 +118,7 @@ def _left_out(student: str, own: str, paths: Sequence[str], deep: Sequence[str],
 
     ``deep``: folders that are too deep; ``graded``: whether there is a program that is.
     """
-    reasons = {path: _why_left_out(path, keys) or ('' if graded else 'it is not a program') for path in paths}
+    reasons = {path: _why_left_out(path, keys) or (None if graded else 'it is not a program') for path in paths}
     found = [LeftOut(student, _readable(os.path.relpath(path, own)), reason)
              for path, reason in reasons.items() if reason]
     found += [LeftOut(student, _readable(os.path.relpath(path, own))[:MAX_PATH] + '...', 'it lies in more than '
@@ -129,13 +129,13 @@ def _left_out(student: str, own: str, paths: Sequence[str], deep: Sequence[str],
     return found if more <= 0 else [*found[:MAX_LEFT_OUT], LeftOut(student, '', f'{more} more files are not graded')]
 
 
-def _why_left_out(path: str, keys: Dict[str, str]) -> str:
-    """Return why a file is not graded, '' if it is not meant to be a program."""
+def _why_left_out(path: str, keys: Dict[str, str]) -> Optional[str]:
+    """Return why a file is not graded, None if it is not meant to be a program."""
     key = _key(os.path.basename(path).partition('.')[0])
     if path.lower().endswith(ARCHIVES):
         return 'it is an archive: unpack it'
     if os.path.basename(path) in OF_A_PACKAGE or path.endswith(IMAGE):
-        return ''
+        return None
     if _is_program(path) and _key(path) in keys:
         return 'the exercise asks for another kind of file'
     if _is_program(path):
@@ -143,7 +143,7 @@ def _why_left_out(path: str, keys: Dict[str, str]) -> str:
         close = [meant] if meant in keys else difflib.get_close_matches(key, keys, 1)
         return 'no exercise has this name' + (f': did you mean {keys[close[0]]}?' if close else '')
     if key not in keys:
-        return ''
+        return None
     if not os.path.isfile(path):
         return 'it is not a file'
     if student_files.read(path, len(COMPILED)) == COMPILED:

@@ -3,7 +3,7 @@
 A check fails if it lost points and the exercise did not pass. In an undecided grading the verdict is an error, and the
 checks are skipped.
 """
-from typing import NamedTuple, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 from course_grader.formats import harmless
@@ -47,8 +47,8 @@ def _add(root: ElementTree.Element, suite: Suite) -> None:
         ElementTree.SubElement(ElementTree.SubElement(element, 'properties'), 'property', name='isolation',
                                value=harmless.plain(suite.isolation))
     first = _case(element, suite, VERDICT, suite.seconds)
-    said = f'{decided.outcome}, {decided.score:g} of 100'
-    _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], '\n'.join(decided.objections))
+    score = f'{decided.outcome}, {decided.score:g} of 100'
+    _judge(first, TAGS.get(decided.outcome), (*decided.objections, score)[0], '\n'.join(decided.objections))
     for number, reason in enumerate(decided.reasons, 1):
         case = _case(element, suite, f'{number}. {reason.check}: {reason.asked}', 0.0)
         _judge(case, _tag(decided, reason), f'{reason.points:g} of {reason.of:g} points', f'seen: {reason.seen}')
@@ -73,14 +73,14 @@ def _case(element: ElementTree.Element, suite: Suite, name: str, seconds: float)
                                   name=harmless.plain(name), time=f'{seconds:.3f}')
 
 
-def _tag(decided: Verdict, reason: Reason) -> str:
-    """Return the element for the result of a check, or '' if it passed."""
+def _tag(decided: Verdict, reason: Reason) -> Optional[str]:
+    """Return the element for the result of a check, or None if it passed."""
     if decided.outcome == scoring.UNDECIDED:
         return 'skipped'
-    return 'failure' if decided.outcome == scoring.FAILED and reason.points < reason.of else ''
+    return 'failure' if decided.outcome == scoring.FAILED and reason.points < reason.of else None
 
 
-def _judge(case: ElementTree.Element, tag: str, message: str, text: str) -> None:
+def _judge(case: ElementTree.Element, tag: Optional[str], message: str, text: str) -> None:
     if tag:
         ElementTree.SubElement(case, tag, message=harmless.plain(message)).text = harmless.plain(text)
     else:

@@ -47,8 +47,8 @@ NAMES_OF_STUDENTS = {'classroom50': ('OWNER', 'USERNAME'),
                      'vpl': ('MOODLE_GROUP_NAME', 'MOODLE_USER_NAME')}  # variables, the first that is set
 
 
-class Place(NamedTuple):
-    """Where the grader runs: environment, current folder, and where Gradescope has its files."""
+class Runner(NamedTuple):
+    """The machine that runs the grader: its environment, current folder, and where Gradescope has its files."""
 
     environment: Mapping[str, str]
     folder: str = '.'
@@ -67,45 +67,45 @@ class FormatError(ValueError):
     """A format cannot be used here; the text says why and what to do."""
 
 
-def detect(place: Place) -> str:
+def detect(runner: Runner) -> str:
     """Return the format of the system that runs the grader, or TEXT."""
-    if all(place.environment.get(name) for name in CLASSROOM50_NAMES):
+    if all(runner.environment.get(name) for name in CLASSROOM50_NAMES):
         return 'classroom50'
-    if all(os.path.isdir(os.path.join(place.autograder, name)) for name in ('submission', 'results')):
+    if all(os.path.isdir(os.path.join(runner.autograder, name)) for name in ('submission', 'results')):
         return 'gradescope'
-    if all(place.environment.get(name) for name in VPL_NAMES):
+    if all(runner.environment.get(name) for name in VPL_NAMES):
         return 'vpl'
     return TEXT
 
 
-def student(name: str, place: Place) -> str:
+def student(name: str, runner: Runner) -> str:
     """Return the name that a system has for the student, or for all of a group, or ''.
 
     Classroom 50: of the account; Gradescope: as in the roster; VPL: as in Moodle, of a group its name.
     """
     if name == 'gradescope':
         try:
-            with open(os.path.join(place.autograder, METADATA), encoding='utf-8') as file:
+            with open(os.path.join(runner.autograder, METADATA), encoding='utf-8') as file:
                 return ' and '.join(sorted(str(user['name']).strip() for user in json.load(file)['users']))
         except (OSError, ValueError, KeyError, TypeError):
             return ''
-    return next((place.environment[key].strip() for key in NAMES_OF_STUDENTS.get(name, ())
-                 if place.environment.get(key, '').strip()), '')
+    return next((runner.environment[key].strip() for key in NAMES_OF_STUDENTS.get(name, ())
+                 if runner.environment.get(key, '').strip()), '')
 
 
-def check(name: str, place: Place) -> None:
-    """Raise FormatError if the place lacks something that a format needs; call it before the grading."""
-    missing = [name for name in CLASSROOM50_NAMES if not place.environment.get(name)]
+def check(name: str, runner: Runner) -> None:
+    """Raise FormatError if the runner lacks something that a format needs; call it before the grading."""
+    missing = [name for name in CLASSROOM50_NAMES if not runner.environment.get(name)]
     if name == 'classroom50' and missing:
         raise FormatError(f'--format classroom50 needs {", ".join(missing)} in the environment, which the runner of '
                           'Classroom 50 sets; choose another format elsewhere')
-    if name == 'gradescope' and not os.path.isdir(place.autograder):
-        raise FormatError(f'--format gradescope writes to {place.autograder}/results, but there is no folder '
-                          f'{place.autograder}; choose another format outside of Gradescope')
+    if name == 'gradescope' and not os.path.isdir(runner.autograder):
+        raise FormatError(f'--format gradescope writes to {runner.autograder}/results, but there is no folder '
+                          f'{runner.autograder}; choose another format outside of Gradescope')
 
 
-def rendered(name: str, grading: Grading, place: Place) -> Written:
-    return FORMATS[name](grading, place)
+def rendered(name: str, grading: Grading, runner: Runner) -> Written:
+    return FORMATS[name](grading, runner)
 
 
 def write(written: Written) -> None:
@@ -119,19 +119,19 @@ def write(written: Written) -> None:
             write_whole(path, content)
 
 
-def text(grading: Grading, place: Place) -> Written:
+def text(grading: Grading, runner: Runner) -> Written:
     """For people."""
     return Written(_text(grading), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
-def classroom50(grading: Grading, place: Place) -> Written:
+def classroom50(grading: Grading, runner: Runner) -> Written:
     """result.json, release-body.md and path.png in the current folder, which is the student's repository."""
-    result, body, picture = (os.path.join(place.folder, *parts) for parts in
+    result, body, picture = (os.path.join(runner.folder, *parts) for parts in
                              (('result.json',), ('release-body.md',), (PICTURE,)))
     if _undecided(grading):
         return Written(_text(grading), {result: None, body: None}, _code(grading))
     decided = grading.decided
-    environment = place.environment
+    environment = runner.environment
     tests = [{'test-name': row.name, 'passed': row.passed, 'score': int(row.points), 'max-score': int(row.of)}
              for row in _rows(grading) if row.visibility == VISIBILITY[judging.ALWAYS]]
     content = {
@@ -152,12 +152,12 @@ def classroom50(grading: Grading, place: Place) -> Written:
     return Written(_text(grading), files, _code(grading))
 
 
-def gradescope(grading: Grading, place: Place) -> Written:
+def gradescope(grading: Grading, runner: Runner) -> Written:
     """results/results.json of Gradescope; an undecided grading keeps the score of the student's last submission."""
-    path = os.path.join(place.autograder, 'results', 'results.json')
+    path = os.path.join(runner.autograder, 'results', 'results.json')
     score: Optional[float] = grading.decided.score
     if _undecided(grading):
-        score = _last_score(os.path.join(place.autograder, 'submission_metadata.json'))
+        score = _last_score(os.path.join(runner.autograder, 'submission_metadata.json'))
     if score is None:
         return Written(_text(grading), {path: None}, _code(grading))
     shown = html.escape(harmless.plain(report.text(grading.exercise, grading.decided)))
@@ -176,9 +176,9 @@ def gradescope(grading: Grading, place: Place) -> Written:
     return Written(_text(grading), {path: _json(content)}, _code(grading))
 
 
-def vpl(grading: Grading, place: Place) -> Written:
+def vpl(grading: Grading, runner: Runner) -> Written:
     """A block of comments and a grade between VPL_GRADEMIN and VPL_GRADEMAX, for VPL of Moodle."""
-    lowest, highest = _vpl_grades(place.environment)
+    lowest, highest = _vpl_grades(runner.environment)
     first, *others = _text(grading).split('\n')
     lines = ['<|--', f'-{first}', *(f'>{line}' for line in others), '--|>']
     if not _undecided(grading):
@@ -187,7 +187,7 @@ def vpl(grading: Grading, place: Place) -> Written:
     return Written('\n'.join(lines), {}, _code(grading))
 
 
-def autolab(grading: Grading, place: Place) -> Written:
+def autolab(grading: Grading, runner: Runner) -> Written:
     """The text, and in the last line the score of the problem that has the name of the exercise."""
     if _undecided(grading):
         return Written(f'{_text(grading)}\nNo score: there is no verdict.', {}, _code(grading))
@@ -195,7 +195,7 @@ def autolab(grading: Grading, place: Place) -> Written:
     return Written(f'{_text(grading)}\n{score}', {}, _code(grading))
 
 
-def as_junit(grading: Grading, place: Place) -> Written:
+def as_junit(grading: Grading, runner: Runner) -> Written:
     """JUnit XML, and nothing else, on standard output."""
     name = ' '.join(grading.command) or grading.exercise.name
     suite = junit.Suite(name, grading.exercise.name, grading.decided.public(), grading.seconds,
@@ -203,14 +203,14 @@ def as_junit(grading: Grading, place: Place) -> Written:
     return Written(junit.document([suite]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
-def as_csv(grading: Grading, place: Place) -> Written:
+def as_csv(grading: Grading, runner: Runner) -> Written:
     """A heading and a row, and nothing else, on standard output."""
     row = csv_table.Row(' '.join(grading.command), grading.exercise.name, grading.decided.public(), grading.isolation)
     table = csv_table.gradings('program', [row])
     return Written(table.rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
-FORMATS: Dict[str, Callable[[Grading, Place], Written]] = {
+FORMATS: Dict[str, Callable[[Grading, Runner], Written]] = {
     TEXT: text, 'classroom50': classroom50, 'gradescope': gradescope, 'vpl': vpl, 'autolab': autolab,
     'junit': as_junit, 'csv': as_csv}
 READ_SCORES = frozenset(FORMATS) - {TEXT, 'junit', 'csv'}  # the exit code is 0 for any score

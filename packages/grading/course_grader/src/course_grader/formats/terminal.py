@@ -80,8 +80,12 @@ def _blocks(rows: Sequence[Sequence[str]], width: int) -> List[List[List[str]]]:
 
 def _lines(rows: Sequence[Sequence[str]]) -> List[str]:
     widths = [max(map(cells, column)) for column in zip(*rows)]
-    return [GAP.join(' ' * (width - cells(cell)) * (place > 0) + cell + ' ' * (width - cells(cell)) * (place == 0)
-                     for place, (cell, width) in enumerate(zip(row, widths))).rstrip() for row in rows]
+    lines = []
+    for row in rows:
+        padding = [' ' * (width - cells(cell)) for cell, width in zip(row, widths)]
+        name, *numbers = row
+        lines.append(GAP.join([name + padding[0], *(space + number for space, number in zip(padding[1:], numbers))]))
+    return [line.rstrip() for line in lines]
 
 
 def _width(rows: Sequence[Sequence[str]]) -> int:

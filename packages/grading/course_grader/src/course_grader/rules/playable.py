@@ -3,6 +3,7 @@
 Where a value is drawn from a span, its ends count. The same holds for what only a program could do: no turtle gets out
 of its window.
 """
+import itertools
 import math
 import re
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
@@ -28,7 +29,7 @@ NUMBERS = {  # (stimulus, parameter): limits, unit
     ('turns', 'for'): ((2.0, math.inf), 's')}  # a pose of the marker lasts 2 s
 SPANS = {('drive', 'linear'): ((-ABSURD, ABSURD), 'm/s'), ('drive', 'angular'): ((-ABSURD, ABSURD), 'rad/s'),
          ('carry', 'x'): (FLOOR, 'm'), ('carry', 'y'): (FLOOR, 'm')}
-PLACES = 9  # in each direction, of a start that is drawn, that are compared with the obstacles
+START_POINTS = 9  # in each direction, of a start that is drawn, that are compared with the obstacles
 STEPS = {'turtlesim': 1.0 / turtle_world.DT, 'robotont': 1.0 / robot_world.DT}  # [Hz]: at most one command in each
 TAKEN = '/clock', '/rosout', '/tf', '/odom', '/scan', '/cmd_vel', '/turtle1/cmd_vel', '/turtle1/pose'  # topics
 FIRST = 'turtle1'
@@ -49,7 +50,7 @@ def problems(made: 'Exercise') -> Iterator[str]:
 
 def _outside(what: str, value: float, limits: Span, unit: str = '') -> Iterator[str]:
     if not limits[0] <= value <= limits[1]:
-        yield f'{what} is {value:g}{unit and " " + unit}; it must be {written(limits, unit).strip()}'
+        yield f'{what} is {f"{value:g} {unit}".strip()}; it must be {written(limits, unit).strip()}'
 
 
 def _spans(values: Mapping[str, Any], names: Sequence[str], limits: Span, unit: str, prefix: str = '') -> Iterator[str]:
@@ -79,17 +80,20 @@ def _start(made: 'Exercise') -> Iterator[str]:
 def _obstructed(made: 'Exercise') -> Iterator[str]:
     """Yield a text if the robot may start in an obstacle; a shift moves the world, and not the robot."""
     world = robot_world.RobotWorld(world_format.parse(made.world), Pose2D(3.0 * LARGEST, 0.0, 0.0))
-    places = [[low - shift[1] + (high - low + shift[1] - shift[0]) * step / (PLACES - 1) for step in range(PLACES)]
-              for (low, high), shift in ((made.start.get(axis, (0.0, 0.0)), made.shift.get(axis, (0.0, 0.0)))
-                                         for axis in 'xy')]
-    for x in dict.fromkeys(places[0]):
-        for y in dict.fromkeys(places[1]):
-            try:
-                world.place(x, y, 0.0)
-            except InvalidInput as error:
-                shifted = ', counted from the world without its shift' if made.shift else ''
-                yield f'start: {error}{shifted}'
-                return
+    for x, y in itertools.product(*(_start_points(made, axis) for axis in 'xy')):
+        try:
+            world.place(x, y, 0.0)
+        except InvalidInput as error:
+            shifted = ', counted from the world without its shift' if made.shift else ''
+            yield f'start: {error}{shifted}'
+            return
+
+
+def _start_points(made: 'Exercise', axis: str) -> Sequence[float]:
+    """Return coordinates [m] of starts in the world without its shift."""
+    (low, high), shift = made.start.get(axis, (0.0, 0.0)), made.shift.get(axis, (0.0, 0.0))
+    size = high - low + shift[1] - shift[0]
+    return [low - shift[1] + size * step / (START_POINTS - 1) for step in range(START_POINTS if size else 1)]
 
 
 def _stimulus(what: str, values: Mapping[str, Any], made: 'Exercise') -> Iterator[str]:

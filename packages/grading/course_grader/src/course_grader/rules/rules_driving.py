@@ -165,8 +165,8 @@ class Passes(Rule):
 
     def judge(self, observed: Observed) -> Result:
         points = self.points()
-        places = _listed(points) + ' in this order' if self.through else 'x = {:g}, y = {:g}'.format(*points[0])
-        asked = f'the path leads past {places}, within {self.tolerance:g} m'
+        listed = _listed(points) + ' in this order' if self.through else 'x = {:g}, y = {:g}'.format(*points[0])
+        asked = f'the path leads past {listed}, within {self.tolerance:g} m'
         path = observed.drawn()
         if not fits.path_length(path):
             return Result(0.0, asked, 'it did not move')
@@ -175,8 +175,9 @@ class Passes(Rule):
         apart = min(math.dist(position, (x, y)) for position in path[rest:])
         seen = _path_text(observed, f'that comes as near as {apart:.2f} m')
         if self.through:
-            seen = f'it passes {passed} of {len(points)} in this order' + (
-                '' if passed == len(points) else f', and comes as near as {apart:.2f} m to ({x:g}, {y:g}) after that')
+            seen = f'it passes {passed} of {len(points)} in this order'
+            if passed < len(points):
+                seen += f', and comes as near as {apart:.2f} m to ({x:g}, {y:g}) after that'
         return Result(counted(passed, len(points)), asked, seen)
 
     def points(self) -> Sequence[Point]:
@@ -225,10 +226,10 @@ class Apart(Rule):
 
     def judge(self, observed: Observed) -> Result:
         asked = f'{" and ".join(observed.robots)} stay at least {self.distance:g} m apart'
-        places = {name: {sample.t: (sample.x, sample.y) for sample in driven.track}
+        tracks = {name: {sample.t: (sample.x, sample.y) for sample in driven.track}
                   for name, driven in observed.robots.items()}
-        nearest = min(((math.dist(places[one][t], places[other][t]), t, one, other)
-                       for one, other in itertools.combinations(places, 2) for t in places[one] if t in places[other]),
+        nearest = min(((math.dist(tracks[one][t], tracks[other][t]), t, one, other)
+                       for one, other in itertools.combinations(tracks, 2) for t in tracks[one] if t in tracks[other]),
                       default=None)
         if nearest is None:
             return Result(0.0, asked, 'they were not observed at the same time')
@@ -333,8 +334,9 @@ class Pen(Rule):
 
 def _path_text(observed: Observed, judgement: str) -> str:
     length, turned = fits.path_length(observed.drawn()), turned_on_the_spot(observed)
-    return (f'it only turned, by {turned:.0f} degrees in all' if turned else 'it did not move' if length < 0.01 else
-            f'a path of {length:.2f} m {judgement}')
+    if turned:
+        return f'it only turned, by {turned:.0f} degrees in all'
+    return 'it did not move' if length < 0.01 else f'a path of {length:.2f} m {judgement}'
 
 
 def turned_on_the_spot(observed: Observed) -> float:

@@ -23,7 +23,7 @@ MAX_WRONG = 2  # lines with what does not belong there: a value at the limit may
 MAX_GAP = 0.1  # [s] at most between the lines of one message
 MAX_NUMBERS = 12  # in a line with a pose; a line with more is a guess
 MAX_MARKER_NUMBERS = 30  # numbers in a line with markers, for the same reason
-MIN_RIGHT = 0.4  # share of the values at one place of a line that must be right: a message has two x
+MIN_RIGHT = 0.4  # share of the values at one position of a line that must be right: a message has two x
 MIN_PRINTED = 0.85  # share of the markers that must be printed: one or two lines may be lost
 LABEL = r'(?i)(?<![a-z])(x|y|theta)(?![a-z])'
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
@@ -207,7 +207,7 @@ class Reaches(Rule):
         asked = f'{self.action} reaches its goals, with feedback, and ends one that is cancelled'
         if not goals:
             return Result(0.0, asked, 'the program never offered it')
-        wrong = [text for text in map(_missed, goals) if text]
+        wrong = list(filter(None, map(_missed, goals)))
         right = len(goals) - len(wrong)
         if not any(goal.cancelled for goal in goals):  # the last one
             wrong.append('the time was over before the last goal: are two numbers added per second?')
@@ -215,10 +215,10 @@ class Reaches(Rule):
         return Result(counted(right, right + len(wrong)), asked, seen)
 
 
-def _missed(goal: Goal) -> str:
-    """Return what is wrong with the result of a goal, or ''."""
+def _missed(goal: Goal) -> Optional[str]:
+    """Return what is wrong with the result of a goal, or None."""
     if goal.cancelled:
-        return '' if goal.state == 'PREEMPTED' else f'the cancelled goal is {goal.state}, not PREEMPTED'
+        return None if goal.state == 'PREEMPTED' else f'the cancelled goal is {goal.state}, not PREEMPTED'
     if goal.state != 'SUCCEEDED':
         return f'the goal of order {goal.order} is {goal.state}'
     numbers = [0, 1]
@@ -227,7 +227,7 @@ def _missed(goal: Goal) -> str:
     if list(goal.result) != numbers:
         return f'the result of order {goal.order} is {str(list(goal.result)):.80}, expected {numbers}'
     least = computed(goal.order)
-    return '' if goal.feedback >= least else f'{goal.feedback} messages of feedback for {least} numbers'
+    return None if goal.feedback >= least else f'{goal.feedback} messages of feedback for {least} numbers'
 
 
 def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
@@ -242,8 +242,8 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
 class PrintsMarkers(Rule):
     """It prints a value of each marker that is shown.
 
-    Only places of its lines with often the right value count, because a program that prints all numbers identifies no
-    marker.
+    Only positions in its lines that often have the right value count, because a program that prints all numbers
+    identifies no marker.
     """
 
     what: str = key(('id', 'x'), ..., 'the id, or x of the position')
@@ -251,20 +251,22 @@ class PrintsMarkers(Rule):
 
     @_with_decimal_comma
     def judge(self, observed: Observed) -> Result:
-        told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
+        matches: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
         ends = [shown.t for shown in observed.shown[1:]] + [0.0]
         for number, (shown, end) in enumerate(zip(observed.shown, ends)):
             late = max(MAX_LATE, end - shown.t)
             near = [line.text for line in observed.lines if shown.markers and -MAX_EARLY <= line.t - shown.t <= late]
             for text in near:
                 numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
-                for place, printed in enumerate(numbers if len(numbers) <= MAX_MARKER_NUMBERS else ()):
-                    told[words, place].append({
+                for index, printed in enumerate(numbers if len(numbers) <= MAX_MARKER_NUMBERS else ()):
+                    matches[words, index].append({
                         (number, marker) for marker, position in shown.markers.items()
                         if (printed.value == marker if self.what == 'id' else
                             printed.is_near(position[0], self.tolerance))})
-        found = {each for values in told.values() if sum(map(bool, values)) >= MIN_RIGHT * len(values)
-                 for one in values for each in one}
+        found: Set[Tuple[int, int]] = set()
+        for values in matches.values():
+            if sum(map(bool, values)) >= MIN_RIGHT * len(values):
+                found.update(*values)
         expected = sum(len(shown.markers) for shown in observed.shown)
         share = counted(len(found), MIN_PRINTED * expected) if expected else 0.0
         return Result(share, f'a line with the {self.what} of each marker shown',
@@ -283,11 +285,12 @@ class PrintsNoMarker(Rule):
         ends = [shown.t - MAX_EARLY for shown in observed.shown[1:]] + [math.inf]
         shows = {kind: [(shown.t, end) for shown, end in zip(observed.shown, ends) if bool(shown.markers) == kind]
                  for kind in (False, True)}
-        said = sum(any(start - MAX_EARLY <= t < end for t in matching) for start, end in shows[False])
+        right = sum(any(start - MAX_EARLY <= t < end for t in matching) for start, end in shows[False])
         wrong = sum(any(start < t < end for t in matching) for start, end in shows[True])
-        share = said / len(shows[False]) if shows[False] else 0.0
-        seen = f'printed {said} of {len(shows[False])} times' + (
-            f', and {wrong} of {len(shows[True])} times with a marker shown' if wrong else '')
+        share = right / len(shows[False]) if shows[False] else 0.0
+        seen = f'printed {right} of {len(shows[False])} times'
+        if wrong:
+            seen += f', and {wrong} of {len(shows[True])} times with a marker shown'
         share *= 1.0 - wrong / max(1, len(shows[True]))
         return Result(share, 'a line when no marker is shown, and only then', seen)
 

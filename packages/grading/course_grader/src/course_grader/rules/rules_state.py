@@ -236,11 +236,11 @@ def _held(observed: Observed, command: str) -> List[_Held]:
     return held
 
 
-def _other_angle(held: List[_Held], by: str) -> str:
-    """Return the angle other than ``by`` that the velocities are proportional to, or ''."""
+def _other_angle(held: List[_Held], by: str) -> Optional[str]:
+    """Return the angle other than ``by`` that the velocities are proportional to, or None."""
     def likeness(what: str) -> float:
         angles, velocities = [one.angles[what] for one in held], [one.velocity for one in held]
         size = math.sqrt(sum(a * a for a in angles) * sum(v * v for v in velocities))
         return sum(a * v for a, v in zip(angles, velocities)) / size if size > 0.0 else 0.0
     found = max((what for what in ANGLES if what != by), key=lambda what: abs(likeness(what)))
-    return found if abs(likeness(found)) > ALIKE else ''
+    return found if abs(likeness(found)) > ALIKE else None

@@ -41,12 +41,12 @@ def _grows(one: Program, observed: Observed) -> Iterator[str]:
 
 
 def _rounds_down(one: Program, _observed: Observed) -> Iterator[str]:
-    """A division whose result is a whole number, and no place in a list."""
-    places = {part for node in one.nodes if isinstance(node, ast.Subscript) or isinstance(node, ast.Call)
+    """A division whose result is a whole number, and no index of a list."""
+    indices = {part for node in one.nodes if isinstance(node, ast.Subscript) or isinstance(node, ast.Call)
               and last(node.func) in ('range', 'len') for part in ast.walk(node)}
     for node in one.nodes:
         if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv) and (
-                node not in places and not any(calls(list(ast.walk(node)), 'len'))):
+                node not in indices and not any(calls(list(ast.walk(node)), 'len'))):
             yield f'// in line {node.lineno} rounds down to a whole number: / divides'
 
 
@@ -58,13 +58,14 @@ def _no_pause(one: Program, observed: Observed) -> Iterator[str]:
                'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
 
 
-def publishes_nothing(one: Optional[Program]) -> str:
-    """Return advice on a program that publishes nothing but ``Twist()``, or ''."""
+def publishes_nothing(one: Optional[Program]) -> Optional[str]:
+    """Return advice on a program that publishes nothing but ``Twist()``, or None."""
     sent = list(calls(one.nodes, 'publish')) if one else []
     empty = [call for call in sent if call.args and isinstance(call.args[0], ast.Call)
              and last(call.args[0].func) == 'Twist' and not call.args[0].args and not call.args[0].keywords]
-    return (f'line {empty[0].lineno} publishes Twist(), a new message of zeros: publish the one that was filled'
-            if empty and len(empty) == len(sent) else '')
+    if not empty or len(empty) < len(sent):
+        return None
+    return f'line {empty[0].lineno} publishes Twist(), a new message of zeros: publish the one that was filled'
 
 
 def _without_a_pause(one: Program) -> Optional[int]:
@@ -137,7 +138,9 @@ def _part_of_a_quaternion(one: Program, _observed: Observed) -> Iterator[str]:
 
 def unwrapped(one: Program, observed: Observed) -> Iterator[str]:
     """Sums and differences of headings that are never wrapped to -pi to pi, although a heading came near that."""
-    wraps = bool(observed.track) and all(abs(sample.theta) < NEAR_PI for sample in observed.track) or any(
+    if observed.track and all(abs(sample.theta) < NEAR_PI for sample in observed.track):
+        return
+    wraps = any(
         isinstance(node, ast.Call) and WRAPS.search(last(node.func))
         or isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod) and not isinstance(
             node.left, (ast.Constant, ast.JoinedStr))
@@ -191,11 +194,11 @@ def _before_it_is_connected(one: Program, observed: Observed) -> Iterator[str]:
     for node in one.nodes:
         body = getattr(node, 'body', None)
         block = body if isinstance(body, list) else []
-        for place, made in enumerate(block):
+        for index, made in enumerate(block):
             if not _makes_a_publisher(made):
                 continue
             sends = f'{dotted(made.targets[0])}.publish'
-            following = [call for part in block[place + 1:] if not isinstance(part, (ast.FunctionDef, ast.ClassDef))
+            following = [call for part in block[index + 1:] if not isinstance(part, (ast.FunctionDef, ast.ClassDef))
                          for call in _in_order(part) if dotted(call.func) == sends or last(call.func) in own
                          or PAUSES.search(last(call.func))]
             if following and dotted(following[0].func) == sends and not _is_repeated(one, following[0]):

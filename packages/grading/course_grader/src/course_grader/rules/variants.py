@@ -13,7 +13,7 @@ from plain_support import shown
 
 VARY = 'vary'
 NAME = re.compile(r'[A-Za-z]\w*')
-PLACE = re.compile(r'\$(\w+)')
+REFERENCE = re.compile(r'\$(\w+)')
 DRAWN = re.compile(rf'\s*({NUMBER})\s+to\s+({NUMBER})\s*({UNIT})\s*')
 FINE, COARSE = 2, 1  # decimals of a value whose span is narrower than WIDE, and of others
 WIDE = 1.0
@@ -34,7 +34,7 @@ def content_for(content: Any, exercise: str, student: str, problems: List[str]) 
         except QuantityError as error:
             problems.append(f'{VARY}: {name}: {error}')
             values[str(name)] = '$' + str(name)
-    used = set(PLACE.findall(str({key: value for key, value in content.items() if key != VARY})))
+    used = set(REFERENCE.findall(str({key: value for key, value in content.items() if key != VARY})))
     problems += [f'${name} stands in the exercise, but not in {VARY}' for name in sorted(used - set(values))]
     problems += [f'{VARY} has {name}, but ${name} stands nowhere' for name in values if name not in used]
     return {key: value if key == VARY else _filled(value, values) for key, value in content.items()}
@@ -72,7 +72,7 @@ def _drawn(name: str, text: Any, seed: str) -> str:
 def _filled(value: Any, values: Dict[str, str]) -> Any:
     """Return a value with the texts in it filled in."""
     if isinstance(value, str):
-        return PLACE.sub(lambda match: values.get(match[1], match[0]), value)
+        return REFERENCE.sub(lambda match: values.get(match[1], match[0]), value)
     if isinstance(value, list):
         return [_filled(entry, values) for entry in value]
     if isinstance(value, dict):
