@@ -120,7 +120,7 @@ def test_an_attempt_that_crashes_leaves_it_undecided(tmp_path, text):
     assert 'anna x: undecided' in printed
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.parametrize('text', [HANG, HANG.replace('time.sleep(1000)', 'os.kill(os.getpid(), signal.SIGSTOP)')])
 def test_an_attempt_that_hangs_is_ended_with_all_it_started(tmp_path, text):
     code, _, rows = grade(tmp_path, {'anna': text, 'ben': PASS}, '--limit', '1.5')
@@ -200,7 +200,7 @@ def test_a_zip_of_a_platform_is_graded_as_it_comes(tmp_path):
     assert scores(tmp_path / 'out') == [['student', 'x', 'mean'], ['Anna Berg', '100', '100.0'], ['Ben', '', '0.0']]
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     old = tmp_path / 'out' / 'anna' / 'x'
     old.mkdir(parents=True)
@@ -239,16 +239,17 @@ def test_wrong_usage_is_explained(tmp_path, arguments, said):
     assert said in done.stdout + done.stderr and 'Traceback' not in done.stdout + done.stderr
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_full_disk_is_named_and_the_table_printed(tmp_path):
     """/dev/full refuses every byte; the results go to it through a link."""
     folder, output = a_class(tmp_path, {'anna': PASS}), tmp_path / 'out'
     output.mkdir()
+    (output / 'class.json').write_text('{}')  # of an earlier grading, whose results may be replaced
     (output / 'scores.csv').symlink_to('/dev/full')
     done = run(tmp_path, str(folder), '--output', str(output))
     assert done.returncode == 2 and '100  100.0' in done.stdout
     assert 'No space left on device. The disk is full: make room, or choose another folder' in done.stderr
-    assert sorted(os.listdir(output)) == ['anna', 'scores.csv']
+    assert sorted(os.listdir(output)) == ['anna', 'class.json', 'scores.csv']
 
 
 def test_a_change_of_the_mode_is_a_change(tmp_path):
@@ -283,7 +284,7 @@ def test_what_has_not_changed_is_not_graded_again(tmp_path):
     assert len((tmp_path / 'anna').read_text()) == 3
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_parts_of_a_class_are_merged(tmp_path):
     folder = a_class(tmp_path, {name: PASS if name < 'c' else FAIL for name in ('anna', 'ben', 'carl', 'dora')})
     for part, code in (('1/3', 1), ('2/3', 0)):
@@ -303,7 +304,7 @@ def test_parts_of_a_class_are_merged(tmp_path):
         assert merged.returncode == 2 and b'cannot be read' in merged.stderr and b'Traceback' not in merged.stderr
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_format_is_printed_alone(tmp_path):
     folder = a_class(tmp_path, {'anna': PASS, 'ben': FAIL})
     done = run(tmp_path, str(folder), '--output', 'out', '--format', 'csv')
@@ -325,7 +326,7 @@ def test_no_file_of_a_student_holds_up_the_class(tmp_path, make):
     assert list(graded.files_of(one, ())) == ['x.py']
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_reader_that_ends_early_changes_nothing(tmp_path):
     folder = a_class(tmp_path, {f'student{number:02}': PASS for number in range(6)})
     reading, writing = os.pipe()
@@ -353,7 +354,7 @@ def test_any_name_of_a_folder_works(tmp_path):
     assert (tmp_path / 'out' / 'anonymous.csv').read_text() == codes
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_the_best_of_several_attempts_counts(tmp_path):
     folder = a_class(tmp_path, {'anna': FAIL})
     (folder / 'anna' / 'x (2).py').write_text(PASS)

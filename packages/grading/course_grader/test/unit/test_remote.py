@@ -93,7 +93,7 @@ def runs(pid):
         return False
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
     address, key, workers = cluster
     students = [f'student {number}' for number in range(6)]
