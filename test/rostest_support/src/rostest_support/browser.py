@@ -88,6 +88,13 @@ class Browser:
             raise AssertionError(f'{expression}: {details.get("exception", details).get("description", details)}')
         return result['result'].get('value')
 
+    def call(self, path, function, *arguments):
+        """Return what a function of the JavaScript in a file returns; both ways, values are those of JSON."""
+        with open(path, encoding='utf-8') as file:
+            self.evaluate(f'{{{file.read()}}}; void 0')  # in a block, so that it can be loaded again
+        return json.loads(self.evaluate(
+            f'(async () => JSON.stringify(await {function}(...{json.dumps(arguments)}) ?? null))()'))
+
     def until(self, condition, what, timeout=TIMEOUT):
         """Return the value of ``condition()`` as soon as it is true; raise AssertionError after ``timeout`` [s].
 

@@ -33,9 +33,9 @@ from rostest_support.common import (
     Collected,
     Process,
     SimulatorCase,
+    nightly,
     own_simulator,
     proxy,
-    release,
     run,
     skip,
     until,
@@ -52,48 +52,7 @@ http {{
 }}"""
 SIZE = 500  # [px] of the canvas
 STALL = 3.0  # [s] that the page is busy; its server has to stop the turtle long before
-PIXELS = '''(() => {
-    const canvas = document.querySelector('canvas.strokes');
-    const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-    let text = '';
-    for (let at = 0; at < data.length; at += 32768) text += String.fromCharCode(...data.subarray(at, at + 32768));
-    return btoa(text);
-})()'''
-NAMELESS = '''[...document.querySelectorAll('button, select, input, a, summary, img, canvas')].filter(one =>
-    one.checkVisibility() && !one.closest('[aria-hidden=true]')).filter(one => !(one.getAttribute('aria-label') ||
-    one.textContent.trim() || one.alt !== undefined && one.alt !== null && one.tagName === 'IMG' ||
-    one.labels?.length && one.labels[0].textContent.trim())).map(one => one.outerHTML)'''
-WIDE = '[...document.querySelectorAll("main, main *")].some(one => one.getBoundingClientRect().right > innerWidth + 1)'
-RATE = '''(() => {
-    const label = [...document.querySelectorAll("label")].find(one => one.textContent === "Rate");
-    const input = label.querySelector("input");
-    input.value = 0.5;
-    input.dispatchEvent(new Event("change"));
-})()'''
-
-# the panel's map, which its class tells with its next picture
-CATCH_MAP = '''(async () => {
-    const {WorldMap} = await import("/app/map.js");
-    const draw = WorldMap.prototype._draw;
-    WorldMap.prototype._draw = function () { window.shownMap = this; draw.call(this); };
-})()'''
-PLACE_OF_MARKER = '''(() => {
-    const {x, y, scale} = shownMap._place();
-    const box = shownMap.element.getBoundingClientRect();
-    const panel = shownMap.world.panels.find(one => one.name === "marker3");
-    const [right, down] = [box.x + box.width / 2, box.y + box.height / 2];
-    return JSON.stringify([right + (panel.x - x) * scale, down - (panel.y - y) * scale, scale]);
-})()'''
-
-
-# whether elements are in the window, nothing covers their middle, and they do not scroll away
-SEEN = '''(() => JSON.stringify([...%s].map((selector) => {
-    const element = document.querySelector(selector);
-    const box = element.getBoundingClientRect();
-    const there = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
-    return [selector, Math.min(box.width, box.height) >= 40 && box.x >= 0 && box.y >= 0 && box.right <= innerWidth &&
-            box.bottom <= innerHeight && element.contains(there)];
-})))()'''
+LOOKS = pathlib.Path(__file__).resolve().parents[1] / 'looks.js'
 SCREENS = (1440, 900, False), (390, 844, True), (844, 390, True), (720, 450, False)  # the last: 200 % zoom
 
 
@@ -169,6 +128,10 @@ class PageCase(unittest.TestCase):
         cls.page = Browser()
         cls.addClassCleanup(cls.page.close)
 
+    def looks(self, name, *arguments):
+        """Return what a function of looks.js returns."""
+        return self.page.call(LOOKS, f'looks.{name}', *arguments)
+
     def text(self, selector):
         """Return the text of the first element; '' if there is none."""
         return next((one.text for one in self.page.find(selector)), '')
@@ -192,16 +155,11 @@ class PageCase(unittest.TestCase):
 
     def middle(self, selector):
         """Return where the middle of an element is, in the window."""
-        return json.loads(self.page.evaluate(f'''(() => {{
-            const element = document.querySelector({selector!r});
-            element.scrollIntoView({{block: "center"}});
-            const box = element.getBoundingClientRect();
-            return JSON.stringify([box.x + box.width / 2, box.y + box.height / 2]);
-        }})()'''))
+        return self.looks('middle', selector)
 
     def pixels(self):
         """Return the canvas of the page, (SIZE, SIZE, 3) uint8."""
-        data = np.frombuffer(base64.b64decode(self.page.evaluate(PIXELS)), np.uint8)
+        data = np.frombuffer(base64.b64decode(self.looks('pixels')), np.uint8)
         return data.reshape(SIZE, SIZE, 4)[:, :, :3]
 
 
@@ -289,7 +247,7 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: 'Paused' in self.text('.arena .badge'), 'a sign of the pause')
         self.press('Resume')
         self.page.until(lambda: not self.page.find('.arena .badge')[0].is_displayed(), 'no sign')
-        self.page.evaluate(RATE)
+        self.looks('setRate', 0.5)
         poses.next(lambda pose: pose.linear_velocity == 0.0)
         Collected('/turtlesim/clock_status', ClockStatus).index(lambda status: status.rate == 0.5, 'half the rate', 0)
         self.page.until(lambda: '0.5 times real time' in self.text('#panel'), 'the rate')
@@ -317,7 +275,7 @@ class PageTest(PageCase, SimulatorCase):
             return 'Slow: 0.6 times real time' in self.text('.arena .badge') and 'not 1: this' in self.text('#panel')
         self.page.until(said, 'a sign that time passes too slowly')
 
-    @release
+    @nightly
     def test_the_recipe_for_a_proxy_works_below_a_path(self):
         """docs/browser.md's part of an nginx configuration, with a path such as JupyterHub's."""
         nginx = shutil.which('nginx', path=f'{os.environ["PATH"]}:/usr/sbin')
@@ -352,7 +310,7 @@ class PageTest(PageCase, SimulatorCase):
         self.show('image?topic=/turtlesim/image_raw')
         self.page.until(lambda: '500 x 500 pixels' in self.text('#panel'), 'a picture')
 
-    @release
+    @nightly
     def test_pictures_pass_a_proxy_that_waits_for_the_end_of_an_answer(self):
         """As that of JupyterLab and JupyterHub, jupyter-server-proxy, does; a stream has no end."""
         proxy = WholeAnswers(urllib.parse.urlsplit(self.address).port)
@@ -369,14 +327,13 @@ class PageTest(PageCase, SimulatorCase):
         self.show('robot')
         self.page.until(lambda: self.page.evaluate('document.querySelector(".camera img")?.naturalWidth'), 'the camera')
 
-    @release
+    @nightly
     def test_marker_is_dragged(self):
         """Where it is let go is its new place; the map shows it there, and stays where it was."""
         before = self.marker()
         self.show('robot')
-        self.page.evaluate(CATCH_MAP)
-        self.page.until(lambda: self.page.evaluate('window.shownMap?.world?.panels.length'), 'the markers')
-        x, y, scale = json.loads(self.page.evaluate(PLACE_OF_MARKER))
+        self.looks('catchMap')
+        x, y, scale = self.page.until(lambda: self.looks('marker', 'marker3'), 'the markers')
         for kind, way in (('mousePressed', 0), ('mouseMoved', 30), ('mouseMoved', 60), ('mouseReleased', 60)):
             self.page.devtools('Input.dispatchMouseEvent', type=kind, x=x + way, y=y, button='left', buttons=1,
                                clickCount=1)
@@ -411,15 +368,15 @@ class PageTest(PageCase, SimulatorCase):
         commands.index(lambda twist: twist == Twist(), 'a zero velocity', start)
         self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
 
-    @release
+    @nightly
     def test_every_control_has_a_name(self):
         """The text of a screen reader for every control."""
         for panel in ('turtle', 'robot'):
             self.show(panel)
             self.page.until(lambda: self.page.find('.pose'), panel)
-            self.assertEqual([], self.page.evaluate(NAMELESS), panel)
+            self.assertEqual([], self.looks('nameless'), panel)
 
-    @release
+    @nightly
     def test_picture_and_controls_are_on_one_screen(self):
         image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
         self.addCleanup(image.unregister)
@@ -436,12 +393,10 @@ class PageTest(PageCase, SimulatorCase):
     def until_seen(self, where, selectors):
         """Wait until all of these are in the window."""
         self.page.evaluate('document.querySelector("main").scrollTo(0, 0)')
-        script = SEEN % json.dumps(selectors)
-        self.page.until(lambda: all(self.page.find(one) for one in selectors), f'{where}: {selectors}')
-        self.page.until(lambda: all(there for _, there in json.loads(self.page.evaluate(script))),
-                        f'{where}: {self.page.evaluate(script)}')
+        self.page.until(lambda: all(self.page.find(selector) for selector in selectors), f'{where}: {selectors}')
+        self.page.until(lambda: not self.looks('hidden', selectors), f'{where}: these are to be seen: {selectors}')
 
-    @release
+    @nightly
     def test_a_network_that_stands_still_is_said(self):
         proxy = StallingProxy(urllib.parse.urlsplit(self.address).port)
         self.addCleanup(proxy.close)
@@ -462,7 +417,7 @@ class PageTest(PageCase, SimulatorCase):
         self.key('keyUp', 'ArrowUp')
         self.page.errors()  # requests that took too long
 
-    @release
+    @nightly
     def test_who_else_drives_is_said(self):
         self.show_turtle()
         self.driver()(x=1.0)
@@ -476,7 +431,7 @@ class PageTest(PageCase, SimulatorCase):
             other.devtools('Input.dispatchKeyEvent', type='keyUp', code='ArrowLeft', key='ArrowLeft')
             self.page.until(lambda: 'Another page' not in self.text('.others'), 'its end')
 
-    @release
+    @nightly
     def test_widths_and_themes(self):
         """Nothing sticks out, on a phone, a tablet and a desk; the pictures are for looking at them."""
         self.call('turtle1/set_pen', *PEN, 3, 0)
@@ -489,13 +444,14 @@ class PageTest(PageCase, SimulatorCase):
                 for dark in (False, True):
                     self.page.prefer(dark)
                     self.page.screenshot(f'{panel}_{width}_{"dark" if dark else "light"}')
-                self.assertFalse(self.page.evaluate(WIDE), f'{panel} at {width} px is too wide')
+                self.assertFalse(self.looks('tooWide'), f'{panel} at {width} px is too wide')
 
 
 class MasterTest(PageCase):
     port = free_port()
     environment = {'ROS_MASTER_URI': f'http://localhost:{port}'}
 
+    @nightly
     def test_page_says_what_is_missing_and_connects_again(self):
         """Without a master, without a simulator, and with those that come later, twice."""
         self.page.get(self.address)

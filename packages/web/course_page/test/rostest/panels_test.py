@@ -30,39 +30,15 @@ from rospy_support import images
 from rostest_support import browser
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
 
-AXE = '''(async () => {
-    const {violations} = await axe.run(document, {
-        runOnly: {type: "tag", values: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]},
-        rules: {"label-content-name-mismatch": {enabled: true}}});
-    return JSON.stringify(violations.map(({id, nodes}) => [id, nodes.map(({html}) => html.slice(0, 200))]));
-})()'''
 SIZES = (1440, 900, False, False), (844, 390, True, False), (390, 844, True, True)  # width, height [px], touch, dark
 ARROW_RIGHT = '\ue014'  # of WebDriver
 COURSE = pathlib.Path(__file__).resolve().parents[5] / 'course'
 STEPS, SOLUTION = course.steps(COURSE), COURSE / '01_publish_circle' / 'publish_circle.py'
 GRADING = 200.0  # [s] of wall time; an idle machine takes 10
-HIDE = '''(() => {
-    Object.defineProperty(document, "hidden", {get: () => %s, configurable: true});
-    document.dispatchEvent(new Event("visibilitychange"));
-})()'''
 TAB = '\ue004'  # of WebDriver
 STOPS = 30  # of the Tab key that are looked at
-FOCUSED = '''(() => {
-    const one = document.activeElement, {outlineStyle, outlineWidth} = getComputedStyle(one);
-    const moving = [...document.querySelectorAll("*")].filter((each) => {
-        const {transitionDuration, animationName} = getComputedStyle(each);
-        return animationName !== "none" || transitionDuration.split(", ").some((time) => time !== "0s");
-    }).length;
-    const ringed = outlineStyle !== "none" && parseFloat(outlineWidth) >= 2;
-    return JSON.stringify([one.outerHTML.slice(0, 200), ringed, moving]);
-})()'''
-OUTSIDE = '''(() => {
-    const frame = document.querySelector("svg.graph").getBoundingClientRect();
-    return [...document.querySelectorAll(".graph .node, .graph .topic")].filter((one) => {
-        const {left, right, top, bottom} = one.getBoundingClientRect();
-        return left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom;
-    }).map((one) => one.textContent);
-})()'''
+OPENED = {'course': '?step=0', 'nodes': '?node=/turtlesim', 'topics': '?open=/turtle1/pose'}  # for axe, in each panel
+LOOKS = pathlib.Path(__file__).resolve().parents[1] / 'looks.js'
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
 
 
@@ -94,6 +70,10 @@ class PanelsTest(SimulatorCase):
         self.browser.get('about:blank')
         self.browser.get(f'{self.address}#/{fragment}')
         self.until_text(fragment.partition('?')[0].capitalize())
+
+    def looks(self, name, *arguments):
+        """Return what a function of looks.js returns."""
+        return self.browser.call(LOOKS, f'looks.{name}', *arguments)
 
     def text(self):
         return self.browser.evaluate('document.querySelector("main").innerText')
@@ -141,10 +121,7 @@ class PanelsTest(SimulatorCase):
             self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
             self.browser.until(lambda: self.browser.evaluate('document.querySelector("main").scrollWidth') <= 360,
                                f'{panel} fits, once its style sheet has come')
-            nameless = self.browser.evaluate('''[...document.querySelectorAll("main :is(button, input, select, a)")]
-                .filter((one) => !(one.textContent || one.ariaLabel || one.labels?.length))
-                .map((one) => one.outerHTML)''')
-            self.assertEqual([], nameless, panel)
+            self.assertEqual([], self.looks('nameless'), panel)
 
     def test_axe_finds_no_violation(self):
         self.addCleanup(self.browser.resize, 1280, 800)
@@ -154,7 +131,7 @@ class PanelsTest(SimulatorCase):
             self.open('turtle')
             for link in self.browser.find('#menu a'):
                 panel = link.get_attribute('data-id')
-                self.browser.evaluate(f'location.hash = "#/{panel}"')
+                self.browser.evaluate(f'location.hash = "#/{panel}{OPENED.get(panel, "")}"')
                 self.until_text(panel.capitalize())
                 self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
                 self.assertEqual([], self.violations(), f'{panel} at {size[0]} px')
@@ -177,7 +154,7 @@ class PanelsTest(SimulatorCase):
         if not self.browser.evaluate('"axe" in window'):
             script = pathlib.Path(found.origin).with_name('axe.min.js')
             self.browser.evaluate(script.read_text(encoding='utf-8') + '; void 0')
-        return json.loads(self.browser.evaluate(AXE))
+        return self.looks('violations')
 
     def test_focus_is_seen_and_nothing_moves_for_whom_that_disturbs(self):
         self.browser.devtools('Emulation.setEmulatedMedia', features=[
@@ -187,7 +164,7 @@ class PanelsTest(SimulatorCase):
         stops = []
         for _ in range(STOPS):
             self.browser.driver.switch_to.active_element.send_keys(TAB)
-            element, ringed, moving = json.loads(self.browser.evaluate(FOCUSED))
+            element, ringed, moving = self.looks('focused')
             self.assertTrue(ringed, f'no ring around {element}')
             self.assertEqual(0, moving)
             stops.append(element)
@@ -274,8 +251,7 @@ class PanelsTest(SimulatorCase):
         self.browser.until(lambda: rospy.get_name() in self.drawn(), 'this node in the graph')
         self.press('The graph as a table')
         self.until_text('/turtle1/cmd_vel')
-        self.browser.evaluate('''[...document.querySelectorAll(".graph .node")].find(
-            (one) => one.textContent.includes("/turtlesim")).dispatchEvent(new Event("click"))''')
+        self.looks('chooseInGraph', '/turtlesim')
         self.until_text('Subscribes to /turtle1/cmd_vel')
 
     def test_the_whole_graph_is_in_its_frame_at_first(self):
@@ -287,14 +263,13 @@ class PanelsTest(SimulatorCase):
         self.browser.resize(1440, 900)
         self.open('graph')
         self.browser.until(lambda: '/camera/aligned_depth/camera_info' in self.drawn(), 'a topic in the graph')
-        self.assertEqual([], self.browser.evaluate(OUTSIDE))
+        self.assertEqual([], self.looks('outsideOfGraph'))
         self.browser.resize(390, 844, touch=True)
         self.press('Fit: show all of it')
-        self.browser.until(lambda: not self.browser.evaluate(OUTSIDE), 'all of it')
+        self.browser.until(lambda: not self.looks('outsideOfGraph'), 'all of it')
 
     def drawn(self):
-        return self.browser.evaluate('''[...document.querySelectorAll(".graph title")]
-                                        .map((one) => one.textContent).join(" ")''')
+        return ' '.join(title.get_attribute('textContent') for title in self.browser.find('.graph title'))
 
     def test_a_service_is_called_by_a_form(self):
         self.open('services?service=/spawn')
@@ -339,14 +314,9 @@ class PanelsTest(SimulatorCase):
             self.addCleanup(one.subscriber.unregister)
         self.open('map')
         self.browser.until(lambda: 'There is no map yet' not in self.text(), 'the map')
-        arrow = '''(() => {const map = document.querySelector(".map"), box = map.getBoundingClientRect();
-            const at = (type, x, y) => map.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 1,
-                clientX: box.left + box.width / 2 + x, clientY: box.top + box.height / 2 + y}));
-            map.setPointerCapture = () => {};
-            at("pointerdown", 0, 0); at("pointermove", 0, -80); at("pointerup", 0, -80);})()'''
         for button, collected in (('2D Nav Goal', goals), ('2D Pose Estimate', estimates)):
             self.press(button)
-            self.browser.evaluate(arrow)
+            self.looks('arrowOnMap')
             until(lambda collected=collected: collected.messages, button)
             pose = collected.messages[0].pose
             self.assertEqual('map', collected.messages[0].header.frame_id)
@@ -385,9 +355,9 @@ class PanelsTest(SimulatorCase):
         self.browser.find('.image-box canvas')[0].click()
         self.until_text('Pixel x', 'red')
         self.press('Live')
-        for hidden in ('true', 'false'):  # a browser has six connections for all pages of a server
-            self.browser.evaluate(HIDE % hidden)
-            until(lambda hidden=hidden: ('/browser' in self.subscribers('/turtlesim/image_raw')) == (hidden == 'false'),
+        for hidden in (True, False):  # a browser has six connections for all pages of a server
+            self.looks('hide', hidden)
+            until(lambda hidden=hidden: ('/browser' in self.subscribers('/turtlesim/image_raw')) != hidden,
                   f'a stream if it is not hidden, {hidden}')
         self.open('image?topic=/nobody/image')
         self.until_text('No node publishes /nobody/image')
