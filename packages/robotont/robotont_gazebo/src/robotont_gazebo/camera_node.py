@@ -75,7 +75,7 @@ class CameraNode:
         self._received += 1
         if (self._received - 1) % self._every == 0:
             self._topics.publish(truth.header.stamp, lambda: None if self._plan is None else (
-                self._current_renderer(truth.header.stamp), camera_place(truth.pose.pose)))
+                self._current_renderer(truth.header.stamp), camera_pose(truth.pose.pose)))
 
     def _on_moved_panels(self, poses):
         with self._arrived:
@@ -105,7 +105,7 @@ def _depth_range():
                                         f'{rospy.resolve_name("~depth_far")}: {error}') from None
 
 
-def camera_place(pose):
+def camera_pose(pose):
     """Return the camera's (x, y, z, yaw) [m, rad] of a robot's geometry_msgs/Pose."""
     yaw = yaw_of(pose.orientation)
     return (*ahead(Pose2D(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)

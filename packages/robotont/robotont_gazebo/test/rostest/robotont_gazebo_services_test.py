@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_srvs.srv import Empty
 
-from robotont_gazebo.camera_node import camera_place
+from robotont_gazebo.camera_node import camera_pose
 from rospy_support.images import bgr
 from rospy_support.rotations import to_quaternion, yaw_of
 from rostest_support.common import proxy, run, until
@@ -98,7 +98,7 @@ class GazeboServicesTest(RobotontCase):
                      for found in message.poses)
             robot, = (message.pose.pose for message in truth.messages if message.header.stamp == image.header.stamp)
             placed = plan.with_moved([(pose.position.x, pose.position.y, yaw_of(pose.orientation))])
-            expected = Renderer(placed, image.width, image.height).render(camera_place(robot))[..., ::-1]
+            expected = Renderer(placed, image.width, image.height).render(camera_pose(robot))[..., ::-1]
             self.assertLess(np.abs(bgr(image).astype(float) - expected).mean(), LARGEST_DIFFERENCE)
 
 

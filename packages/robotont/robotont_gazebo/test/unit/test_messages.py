@@ -79,7 +79,7 @@ def test_camera_is_behind_the_middle_and_as_high_as_in_the_urdf():
     pose = PoseMessage()
     pose.position.x, pose.position.y = 1.0, 2.0
     pose.orientation.z, pose.orientation.w = HALF, HALF
-    assert camera_node.camera_place(pose) == pytest.approx((1.0, 2.0 - 0.115, 0.013 + 0.2025, math.pi / 2.0))
+    assert camera_node.camera_pose(pose) == pytest.approx((1.0, 2.0 - 0.115, 0.013 + 0.2025, math.pi / 2.0))
 
 
 def test_camera_info_is_that_of_90_degrees():

@@ -7,7 +7,7 @@ import threading
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Pose, PoseArray, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
 from kinematic_core.worlds.planar import ORIGIN, Pose2D, compose, relative
@@ -51,33 +51,33 @@ class FakeLocalization:
     def _on_truth(self, message):
         with self._lock:
             self._truth = _plane(message.pose.pose.position, message.pose.pose.orientation)
-            place = compose(self._offset, self._truth)
+            pose = compose(self._offset, self._truth)
         stamp = message.header.stamp
         try:
             found = self._buffer.lookup_transform(self._odom, self._base, stamp, rospy.Duration(TF_TIMEOUT)).transform
         except tf2_ros.TransformException as error:
             self._throttle.warn('tf', 'No transform from %s to %s yet: %s', self._odom, self._base, error)
             return
-        odometry = compose(place, relative(ORIGIN, _plane(found.translation, found.rotation)))
+        odometry = compose(pose, relative(ORIGIN, _plane(found.translation, found.rotation)))
         self._broadcaster.sendTransform(base_transform(stamp + rospy.Duration(self._tolerance), self._map, self._odom,
                                                        odometry))
-        self._publish(place, stamp)
+        self._publish(pose, stamp)
 
     def _on_initial_pose(self, message):
         """Take over the pose that a user gives: this moves the map, not the robot."""
-        wanted = _plane(message.pose.pose.position, message.pose.pose.orientation)
+        given = _plane(message.pose.pose.position, message.pose.pose.orientation)
         with self._lock:
             if self._truth is not None:
-                self._offset = compose(wanted, relative(ORIGIN, self._truth))
+                self._offset = compose(given, relative(ORIGIN, self._truth))
 
-    def _publish(self, place, stamp):
-        pose = Pose(orientation=to_quaternion(0.0, 0.0, place.yaw))
-        pose.position.x, pose.position.y = place.x, place.y
+    def _publish(self, pose, stamp):
         estimate = PoseWithCovarianceStamped()
         estimate.header.stamp, estimate.header.frame_id = stamp, self._map
-        estimate.pose.pose = pose
+        message = estimate.pose.pose
+        message.position.x, message.position.y = pose.x, pose.y
+        message.orientation = to_quaternion(0.0, 0.0, pose.yaw)
         self._pose.publish(estimate)
-        self._cloud.publish(PoseArray(header=estimate.header, poses=[pose]))
+        self._cloud.publish(PoseArray(header=estimate.header, poses=[message]))
 
 
 def _plane(position, orientation):

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from gazebo_ros.core.robots import Camera, Place
+from gazebo_ros.core.robots import Camera, Mount
 from gazebo_ros.robot_topics import Schedule, prefixed
 from kinematic_core.worlds import camera as pinhole
 from kinematic_core.worlds import world_format
@@ -47,7 +47,7 @@ class CamerasNode:
         cameras = {}
         for model, fields, prefix in scene['cameras']:
             camera = Camera(*fields)
-            camera = camera._replace(place=Place(*camera.place), depth=camera.depth and tuple(camera.depth))
+            camera = camera._replace(mount=Mount(*camera.mount), depth=camera.depth and tuple(camera.depth))
             key = (model, camera, prefix)
             cameras[key] = self._cameras.pop(key, None) or _Camera(model, camera, prefix, self._gamma)
         for gone in self._cameras.values():
@@ -106,9 +106,9 @@ class _Camera:
 
     def _place(self, centre):
         """Return (x, y, z, yaw) of the camera in the world."""
-        place, at = self._camera.place, centre.translation
-        pose = compose(Pose2D(at.x, at.y, yaw_of(centre.rotation)), Pose2D(place.x, place.y, place.yaw))
-        return pose.x, pose.y, place.z, pose.yaw
+        mount, at = self._camera.mount, centre.translation
+        pose = compose(Pose2D(at.x, at.y, yaw_of(centre.rotation)), Pose2D(mount.x, mount.y, mount.yaw))
+        return pose.x, pose.y, mount.z, pose.yaw
 
 
 def _with_others(plan, bodies, poses, own):

@@ -125,7 +125,7 @@ class RobotTopics:
 
     def _publish_laser(self, laser, number, publisher, others, now):
         if not self._casters:
-            self._casters = [RayCaster(self._plan, each.place.z, angles(each)) for each, _, _ in self._lasers]
+            self._casters = [RayCaster(self._plan, each.mount.z, angles(each)) for each, _, _ in self._lasers]
         ranges = self._vehicle.scan(laser, self._casters[number], others)
         if laser.noise:
             ranges += self._random.normal(0.0, laser.noise, len(ranges))

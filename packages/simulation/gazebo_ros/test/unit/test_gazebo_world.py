@@ -102,7 +102,7 @@ def test_each_laser_sees_walls_and_the_other_robots():
     world = world_of((BURGER, 0.0, 0.0), (OMNI, 1.0, 0.0), plan=WALL)
     first = world.vehicles['r1']
     laser, = first.robot.lasers
-    caster = RayCaster(world.plan, laser.place.z, angles(laser))
+    caster = RayCaster(world.plan, laser.mount.z, angles(laser))
     ranges = first.scan(laser, caster, world.bodies(without=first))
     assert ranges == pytest.approx([math.inf, math.inf, 1.0 - 0.2 + 0.03, math.inf], abs=MILLIMETRE)
     world.remove('r2')

@@ -30,7 +30,7 @@ def test_a_plugin_that_names_its_namespace_keeps_it():
 
 def test_the_laser_stands_where_its_link_is():
     laser, = robot_of(BURGER).lasers
-    assert laser.place == pytest.approx((-0.03, 0.0, 0.18, math.pi), abs=MILLIMETRE)
+    assert laser.mount == pytest.approx((-0.03, 0.0, 0.18, math.pi), abs=MILLIMETRE)
     assert (laser.topic, laser.frame, laser.rate, laser.rays, laser.nearest, laser.farthest) == (
         'scan', 'base_scan', 10.0, 4, 0.1, 3.5)
 
@@ -49,7 +49,7 @@ def test_the_robot_turns_about_its_axle_wherever_the_model_begins():
                                                                                 'xyz="-0.1 -0.08 0.023"')
     robot = robot_of(text)
     assert robot.ahead == pytest.approx(-0.1, abs=MILLIMETRE)
-    assert robot.lasers[0].place.x == pytest.approx(0.07, abs=MILLIMETRE)
+    assert robot.lasers[0].mount.x == pytest.approx(0.07, abs=MILLIMETRE)
 
 
 def test_a_camera_is_read_with_its_name_as_namespace():

@@ -48,12 +48,12 @@ class CameraTopics:
         view = current() if wants_colour or depths or wants_points else None
         if view is None:
             return
-        renderer, place = view
-        colour = renderer.render(place, bgr=self._encoding == 'bgr8') if wants_colour or wants_points else None
+        renderer, pose = view
+        colour = renderer.render(pose, bgr=self._encoding == 'bgr8') if wants_colour or wants_points else None
         if wants_colour:
             self._colour.publish(to_image(colour, self._encoding, header))
         if depths or wants_points:
-            depth = renderer.depth(place)
+            depth = renderer.depth(pose)
             message = to_image(depth, DEPTH, header)
             for publisher in depths:
                 publisher.publish(message)

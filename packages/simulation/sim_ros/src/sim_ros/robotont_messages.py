@@ -35,8 +35,9 @@ def odometry(stamp: rospy.Time, frame: str, child: str, pose: Pose2D, twist: Twi
     message.pose.pose.orientation = to_quaternion(0.0, 0.0, pose.yaw)
     message.twist.twist.linear.x, message.twist.twist.linear.y = twist.linear_x, twist.linear_y
     message.twist.twist.angular.z = twist.angular_z
-    place, yaw = variances
-    message.pose.covariance = message.twist.covariance = _diagonal(place, place, *[UNKNOWN if place else 0.0] * 3, yaw)
+    position, yaw = variances
+    message.pose.covariance = message.twist.covariance = _diagonal(
+        position, position, *[UNKNOWN if position else 0.0] * 3, yaw)
     return message
 
 
@@ -62,18 +63,18 @@ def base_transform(stamp: rospy.Time, frame: str, child: str, pose: Pose2D) -> T
     return base
 
 
-def _wheel(stamp: rospy.Time, frame: str, child: str, place: float, angle: float) -> TransformStamped:
-    """Return the transform of a wheel at the angle ``place`` [rad] of the base; its own z axis points to the middle.
+def _wheel(stamp: rospy.Time, frame: str, child: str, direction: float, angle: float) -> TransformStamped:
+    """Return the transform of a wheel in the ``direction`` [rad] from the base; its own z axis points to the middle.
 
-    The rotation is that of the URDF: by place - 90 degrees about z, by 90 degrees about the new x, by ``angle`` about
-    the new z.
+    The rotation is that of the URDF: by direction - 90 degrees about z, by 90 degrees about the new x, by ``angle``
+    about the new z.
     """
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
     translation = message.transform.translation
-    translation.x, translation.y = WHEEL_DISTANCE * math.cos(place), WHEEL_DISTANCE * math.sin(place)
+    translation.x, translation.y = WHEEL_DISTANCE * math.cos(direction), WHEEL_DISTANCE * math.sin(direction)
     translation.z = AXLE_HEIGHT
-    message.transform.rotation = to_quaternion(place - 0.5 * math.pi, 0.5 * math.pi, angle, axes='rzxz')
+    message.transform.rotation = to_quaternion(direction - 0.5 * math.pi, 0.5 * math.pi, angle, axes='rzxz')
     return message
 
 

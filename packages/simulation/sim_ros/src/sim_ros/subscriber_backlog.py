@@ -35,8 +35,8 @@ class LagMonitor:
         if now < self._next_check:
             return 0.0
         self._next_check = now + CHECK_PERIOD
-        most = MAX_LAG / self._step
-        behind = {node: number for node, number in unread(self._clock, self._size).items() if number > most}
+        limit = MAX_LAG / self._step
+        behind = {node: number for node, number in unread(self._clock, self._size).items() if number > limit}
         if not behind:
             return 0.0
         self.late += 1

@@ -102,10 +102,10 @@ class Window:
         code = self._process.wait()
         self._process.stderr.close()
         with self._change:
-            asked, self._closing = self._closing, True
-            self._closed_by_user = not asked and code == 0
+            closing, self._closing = self._closing, True
+            self._closed_by_user = not closing and code == 0
             self._change.notify()
-        if not asked and code != 0:
+        if not closing and code != 0:
             self._report(f'{error or f"The window ended with code {code}."}\nThe simulator continues without a window.')
 
 

@@ -44,8 +44,8 @@ class Drive(NamedTuple):
     publishes_wheels: bool = False  # as joint_states
 
 
-class Place(NamedTuple):
-    """Where a sensor stands on its robot."""
+class Mount(NamedTuple):
+    """The position and heading of a sensor on its robot."""
 
     x: float
     y: float
@@ -60,7 +60,7 @@ class Laser(NamedTuple):
     topic: str
     frame: str
     rate: float
-    place: Place
+    mount: Mount
     rays: int
     first: float
     last: float
@@ -79,7 +79,7 @@ class Camera(NamedTuple):
     info: str
     frame: str
     rate: float
-    place: Place
+    mount: Mount
     width: int
     height: int
     field: float
@@ -177,8 +177,8 @@ class _Reader:
         if len(self.drives) > 1:
             self.warnings.append(f'of {len(self.drives)} plugins that drive, only the first is used')
         radius, height, colour = self._body()
-        places = [laser.place for laser in self.lasers] + [camera.place for camera in self.cameras]
-        height = max([height, *(place.z + SENSOR_HEIGHT for place in places)])
+        mounts = [laser.mount for laser in self.lasers] + [camera.mount for camera in self.cameras]
+        height = max([height, *(mount.z + SENSOR_HEIGHT for mount in mounts)])
         return Robot(self.drives[0] if self.drives else None, tuple(self.lasers), tuple(self.cameras),
                      tuple(self.motions), tuple(self.joints), tuple(self.contacts), radius, height, self.ahead, colour,
                      tuple(self.warnings))
@@ -230,7 +230,7 @@ class _Reader:
         nearest, farthest = self._span(sensor)
         self.lasers.append(Laser(
             self.space(plugin), _text(plugin, 'topicName', 'world'), _text(plugin, 'frameName', 'world'),
-            self._rate(sensor, 'update_rate', FASTEST), self._place(link, sensor), int(min(max(rays, 1), MOST_RAYS)),
+            self._rate(sensor, 'update_rate', FASTEST), self._mount(link, sensor), int(min(max(rays, 1), MOST_RAYS)),
             self._number(scan, 'min_angle', 0.0, -10.0, 10.0), self._number(scan, 'max_angle', 0.0, -10.0, 10.0),
             nearest, farthest, self._noise(sensor)))
 
@@ -240,7 +240,7 @@ class _Reader:
         nearest, farthest = self._span(sensor)
         self.lasers.append(Laser(
             self.space(plugin), _text(plugin, 'topicName', 'range'), _text(plugin, 'frameName', 'world'),
-            self._rate(plugin, 'updateRate', self._rate(sensor, 'update_rate', FASTEST)), self._place(link, sensor), 15,
+            self._rate(plugin, 'updateRate', self._rate(sensor, 'update_rate', FASTEST)), self._mount(link, sensor), 15,
             -field / 2.0, field / 2.0, nearest, farthest, self._number(plugin, 'gaussianNoise', 0.0, 0.0, 10.0), field,
             _text(plugin, 'radiation', 'ultrasound')))
 
@@ -263,7 +263,7 @@ class _Reader:
         rate = self._rate(plugin, 'updateRate', 0.0) or self._rate(sensor, 'update_rate', 30.0) or 30.0
         self.cameras.append(Camera(
             space, _text(plugin, 'imageTopicName', 'image_raw'), _text(plugin, 'cameraInfoTopicName', 'camera_info'),
-            _text(plugin, 'frameName', 'world'), rate, self._place(link, sensor),
+            _text(plugin, 'frameName', 'world'), rate, self._mount(link, sensor),
             width, height,
             self._number(image, 'horizontal_fov', 1.047, 0.05, 2.8), depth,
             _text(plugin, 'depthImageTopicName', 'depth/image_raw'),
@@ -298,11 +298,11 @@ class _Reader:
                 return None if pose is None else pose[:3, 3]
         return None
 
-    def _place(self, link: Element, sensor: Element) -> Place:
+    def _mount(self, link: Element, sensor: Element) -> Mount:
         pose = self._links[link.get('name') or ''] @ sdf.pose_of(self._name, sensor)
         if math.acos(min(1.0, max(-1.0, float(pose[2, 2])))) > LEVEL:
             self.warnings.append(f'the sensor {sensor.get("name")} is tilted; here it is level')
-        return Place(float(pose[0, 3]) - self.ahead, float(pose[1, 3]), float(pose[2, 3]),
+        return Mount(float(pose[0, 3]) - self.ahead, float(pose[1, 3]), float(pose[2, 3]),
                      math.atan2(pose[1, 0], pose[0, 0]))
 
     def _span(self, sensor: Element) -> Tuple[float, float]:

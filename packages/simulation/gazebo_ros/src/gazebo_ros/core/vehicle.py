@@ -25,12 +25,12 @@ class Vehicle:
         self.name, self.robot = name, robot
         obstacles = Obstacles(plan, robot.radius, robot.height)
         obstacles.set_others(others)
-        wanted = ahead(pose, robot.ahead)
-        free = obstacles.nearest_free(*wanted)
+        centre = ahead(pose, robot.ahead)
+        free = obstacles.nearest_free(*centre)
         if free is None:
-            raise InvalidInput(f'{name} cannot be at x={pose.x:g}, y={pose.y:g}: {obstacles.at(*wanted)} is closer '
+            raise InvalidInput(f'{name} cannot be at x={pose.x:g}, y={pose.y:g}: {obstacles.at(*centre)} is closer '
                                f'than its radius of {robot.radius:.2f} m')
-        self.moved_aside = math.dist(free, wanted)  # [m]
+        self.moved_aside = math.dist(free, centre)  # [m]
         timeout = robot.drive.timeout if robot.drive else math.inf
         self._world = RobotWorld(plan, Pose2D(*free, pose.yaw), UNLIMITED, timeout, dt=DT, radius=robot.radius,
                                  height=robot.height, others=others)
@@ -118,11 +118,11 @@ class Vehicle:
 
     def scan(self, laser: Laser, caster: RayCaster, others: Sequence[Cylinder]) -> np.ndarray:
         """Return the ranges (rays,) [m], without noise, of one of its lasers; ``caster`` sees the plan."""
-        place = laser.place
-        position = compose(self.centre, Pose2D(place.x, place.y, place.yaw))
+        mount = laser.mount
+        position = compose(self.centre, Pose2D(mount.x, mount.y, mount.yaw))
         ranges = caster.ranges(*position)
         if others:
-            moving = RayCaster(FloorPlan(cylinders=tuple(others)), place.z, angles(laser))
+            moving = RayCaster(FloorPlan(cylinders=tuple(others)), mount.z, angles(laser))
             np.minimum(ranges, moving.ranges(*position), out=ranges)
         return ranges
 
@@ -141,8 +141,8 @@ class Vehicle:
         half = separation / 2.0
         rims = []
         for side in (-half, half):
-            now, wanted = (twist.linear_x + side * twist.angular_z for twist in (self._ramped, self._command))
-            rims.append(now + min(max(wanted - now, -change), change))
+            now, target = (twist.linear_x + side * twist.angular_z for twist in (self._ramped, self._command))
+            rims.append(now + min(max(target - now, -change), change))
         return Twist2D((rims[0] + rims[1]) / 2.0, 0.0, (rims[1] - rims[0]) / separation)
 
 
