@@ -8,6 +8,7 @@ import errno
 import logging.handlers
 import os
 import sys
+from typing import IO, Any, Callable, Iterator, Optional, Type
 
 import rosgraph.roslogging
 import rospkg
@@ -18,7 +19,7 @@ LOST = errno.EPIPE, errno.EBADF, errno.EIO  # the stream is unusable: no reader,
 NOWHERE = '/'  # a folder that always exists; nothing is written into it
 
 
-def guard():
+def guard() -> None:
     """Replace sys.stdout and sys.stderr by streams that never fail. Call it before rospy.init_node, which uses them."""
     for descriptor in (0, 1, 2):  # a closed number would go to the next file or connection, which would get all prints
         with contextlib.suppress(FileExistsError):
@@ -30,28 +31,28 @@ def guard():
 class Console:
     """Wraps a text stream (or None): writes each line at once, and drops it if it cannot be written."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: Optional[IO[str]]) -> None:
         """``stream`` is None if Python found it closed."""
         self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
         if hasattr(self._stream, 'reconfigure'):  # do not fail for characters that the locale cannot encode
             self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
 
-    def write(self, text):
+    def write(self, text: str) -> int:
         """Write ``text``; return its length."""
         with self._losses():
             self._stream.write(text)
         return len(text)
 
-    def flush(self):
+    def flush(self) -> None:
         """Write buffered text."""
         with self._losses():
             self._stream.flush()
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
     @contextlib.contextmanager
-    def _losses(self):
+    def _losses(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:
@@ -60,7 +61,7 @@ class Console:
         except ValueError:  # closed by the program itself
             pass
 
-    def _let_go(self):
+    def _let_go(self) -> None:
         """Discard all further output, including buffered text."""
         with contextlib.suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -71,7 +72,7 @@ class Console:
 class LogFile(logging.handlers.RotatingFileHandler):
     """rospy's log file; if it cannot be written, the node says so once and continues without it."""
 
-    def __init__(self, *args, **kwds):
+    def __init__(self, *args: Any, **kwds: Any) -> None:
         self._lost = False
         try:
             super().__init__(*args, **kwds)
@@ -79,12 +80,12 @@ class LogFile(logging.handlers.RotatingFileHandler):
             super().__init__(os.devnull, delay=True)
             self._give_up(error)
 
-    def emit(self, record):
+    def emit(self, record: logging.LogRecord) -> None:
         """Write a record, unless the file was given up."""
         if not self._lost:
             super().emit(record)
 
-    def handleError(self, record):
+    def handleError(self, record: logging.LogRecord) -> None:
         """Give the file up if it cannot be written; report other errors as usual."""
         error = sys.exc_info()[1]
         if isinstance(error, (OSError, ValueError)):
@@ -92,7 +93,7 @@ class LogFile(logging.handlers.RotatingFileHandler):
         else:
             super().handleError(record)
 
-    def _give_up(self, error):
+    def _give_up(self, error: BaseException) -> None:
         if not self._lost:
             self._lost = True
             _say(os.environ.get('ROS_LOG_FILENAME', 'the log file'), error)
@@ -101,18 +102,23 @@ class LogFile(logging.handlers.RotatingFileHandler):
 
 
 @contextlib.contextmanager
-def log_file_guarded():
+def log_file_guarded() -> Iterator[None]:
     """In this context, rospy.init_node uses LogFile, and works without a log folder that cannot be created."""
     original = logging.handlers.RotatingFileHandler
-    logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging finds it
+    _use_handler(LogFile)
     try:
         with rospy_internals.logging_configured_by(_configure):
             yield
     finally:
-        logging.handlers.RotatingFileHandler = original
+        _use_handler(original)
 
 
-def _configure(configure, *arguments, **options):
+def _use_handler(handler: Type[logging.Handler]) -> None:
+    """Let rosgraph's configuration of logging find this class as RotatingFileHandler."""
+    vars(logging.handlers)['RotatingFileHandler'] = handler
+
+
+def _configure(configure: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
     """Configure logging as rosgraph does, but without a log file if there is no folder for it."""
     folder = os.path.dirname(os.path.join(rospkg.get_log_dir(), options.get('filename') or ''))
     try:
@@ -121,7 +127,7 @@ def _configure(configure, *arguments, **options):
         return configure(*arguments, **options)
     except Exception as error:  # rosgraph.roslogging.LoggingException, OSError and others
         _say(folder, error)
-    logging.handlers.RotatingFileHandler = _NoFile
+    _use_handler(_NoFile)
     options['filename'] = 'none'
     configure(*arguments, env={**os.environ, rospkg.environment.ROS_LOG_DIR: NOWHERE}, **options)
     return None
@@ -130,16 +136,16 @@ def _configure(configure, *arguments, **options):
 class _NoFile(logging.NullHandler):
     """Accepts the arguments of a file handler and writes nothing."""
 
-    def __init__(self, *_, **__):
+    def __init__(self, *_: Any, **__: Any) -> None:
         super().__init__()
 
 
-def _say(where, error):
+def _say(where: str, error: BaseException) -> None:
     print(f'WARNING: no log file: {where}: {getattr(error, "strerror", None) or error}. The node continues without it; '
           'set ROS_LOG_DIR to a writable folder.', file=sys.stderr)
 
 
-def _occupy(descriptor):
+def _occupy(descriptor: int) -> None:
     """Open /dev/null as ``descriptor`` if that is closed."""
     try:
         os.fstat(descriptor)

@@ -3,13 +3,16 @@
 Arrays are (height, width) or (height, width, channels), uint8 or uint16 in this machine's byte order.
 """
 import sys
-from typing import NamedTuple
+from typing import Any, Dict, NamedTuple, Optional, Sequence, Type
 
 import cv2
 import numpy as np
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
+from std_msgs.msg import Header
 
 from plain_support import is_truncated
+
+Array = np.ndarray[Any, Any]
 
 
 class ImageError(ValueError):
@@ -19,10 +22,10 @@ class ImageError(ValueError):
 class Encoding(NamedTuple):
     """Pixel format of an Image: type, number of channels, OpenCV's conversions to grey and BGR (None: not needed)."""
 
-    type: type
+    type: Type[np.generic]
     channels: int
-    grey: object
-    bgr: object
+    grey: Optional[int]
+    bgr: Optional[int]
 
 
 _PLAIN = {
@@ -52,12 +55,12 @@ _FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in
 _AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix describes the image before Exif rotates it
 
 
-def pixels(image):
+def pixels(image: Image) -> Array:
     """Return the encoded pixels of an Image, without a copy if possible; raise ImageError for unusable data."""
     return _array(image, ENCODINGS)
 
 
-def depths(image):
+def depths(image: Image) -> Array:
     """Return the depths (height, width) float32 [m] of a depth Image; NaN or inf where nothing was measured.
 
     In millimetres (16UC1), 0 means the same (REP 118). Raise ImageError for other encodings and unusable data.
@@ -68,7 +71,7 @@ def depths(image):
     return np.where(array == 0, np.float32(np.nan), array * np.float32(0.001))
 
 
-def _array(image, encodings):
+def _array(image: Image, encodings: Dict[str, Encoding]) -> Array:
     encoding = encodings.get(image.encoding)
     if encoding is None:
         raise ImageError(f'encoding {image.encoding!r} is unknown; the known ones are: {", ".join(sorted(encodings))}')
@@ -92,27 +95,27 @@ def _array(image, encodings):
     return array.astype(encoding.type, copy=False)
 
 
-def grey(image):
+def grey(image: Image) -> Array:
     """Return the grey image, (height, width) uint8, of an Image or a CompressedImage."""
     if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_GRAYSCALE)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].grey))
 
 
-def bgr(image):
+def bgr(image: Image) -> Array:
     """Return the colour image, (height, width, 3) uint8 in OpenCV's order, of an Image or a CompressedImage."""
     if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_COLOR)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].bgr))
 
 
-def to_image(array, encoding=None, header=None):
+def to_image(array: Array, encoding: Optional[str] = None, header: Optional[Header] = None) -> Image:
     """Return the Image of an array; without ``encoding``: mono8, mono16, bgr8 or bgra8. Raise ImageError."""
     array = np.asarray(array)
     channels = array.shape[2] if array.ndim == 3 else 1
     encoding = encoding or _KINDS.get((array.dtype, channels))
-    known = _DEPTHS[DEPTH] if encoding == DEPTH else ENCODINGS.get(encoding)
-    if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (known.type, known.channels):
+    known = _DEPTHS[DEPTH] if encoding == DEPTH else ENCODINGS.get(encoding or '')
+    if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (np.dtype(known.type), known.channels):
         raise ImageError(f'an array of {array.dtype} {array.shape} is not an image in {encoding}')
     image = Image(height=array.shape[0], width=array.shape[1], encoding=encoding,
                   is_bigendian=int(sys.byteorder == 'big'), step=array.shape[1] * channels * array.itemsize,
@@ -122,7 +125,8 @@ def to_image(array, encoding=None, header=None):
     return image
 
 
-def to_compressed(array, kind='jpeg', header=None, encoding=None, options=()):
+def to_compressed(array: Array, kind: str = 'jpeg', header: Optional[Header] = None, encoding: Optional[str] = None,
+                  options: Sequence[int] = ()) -> CompressedImage:
     """Return the CompressedImage, 'jpeg' or 'png', of a grey, BGR or BGRA array, described as by image_transport.
 
     ``encoding`` is that of the raw Image, by default the array's; ``options`` are those of cv2.imencode.
@@ -137,7 +141,7 @@ def to_compressed(array, kind='jpeg', header=None, encoding=None, options=()):
     return image
 
 
-def to_cloud(points, colour, encoding, header):
+def to_cloud(points: Array, colour: Array, encoding: str, header: Header) -> PointCloud2:
     """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours in bgr8 or rgb8."""
     height, width = points.shape[:2]
     packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to add a fourth channel
@@ -147,15 +151,15 @@ def to_cloud(points, colour, encoding, header):
                        is_dense=False, data=packed.tobytes())
 
 
-def _converted(array, code):
+def _converted(array: Array, code: Optional[int]) -> Array:
     return array if code is None else cv2.cvtColor(np.ascontiguousarray(array), code)
 
 
-def _eight_bits(array):
+def _eight_bits(array: Array) -> Array:
     return array if array.dtype == np.uint8 else (array >> 8).astype(np.uint8)
 
 
-def _decoded(image, flags):
+def _decoded(image: CompressedImage, flags: int) -> Array:
     data = np.frombuffer(image.data, np.uint8)
     cut = is_truncated(image.data)
     array = cv2.imdecode(data, flags | _AS_STORED) if data.size and not cut else None

@@ -24,16 +24,19 @@ Threading contract: ``run`` is called in the main thread; hooks of rospy.on_shut
 """
 import contextlib
 import os
+import re
 import signal
 import sys
 import threading
 import traceback
+from typing import Any, Callable, Dict, Iterable, Mapping, NoReturn, Optional, Sequence
 
 import rosgraph
+import rosgraph.names
 import rospy
 
 from plain_support.doctor import findings
-from rospy_support import console, graph_names, parameters, registration, rospy_internals, servers
+from rospy_support import console, parameters, registration, rospy_internals, servers
 from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import MasterAway, ParameterError
 
@@ -42,12 +45,16 @@ REGISTERING = 0.5  # [s] for a registration that has begun
 CALL_TIMEOUT = 2.0  # [s] for the master to unregister the node
 CLOCK_PATIENCE = 5.0  # [s] for the source of /clock to start, before a warning
 SHUTDOWN_TIMEOUT = 8.0  # [s] from the request to shut down to the end of the process; roslaunch waits 15 s
+NODE_NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)
+GRAPH_NAME = re.compile(r'[~/A-Za-z][\w/]*', re.ASCII)
+NAMESPACE = 'ROS_NAMESPACE'
 
 _ending = threading.Event()  # set once the node shuts down
-_of_launch = {}  # {name: value} of parameters that end with the launch of this node
+_of_launch: Dict[str, Any] = {}  # {name: value} of parameters that end with the launch of this node
 
 
-def init_node(name, declared=(), argv=None, **options):
+def init_node(name: str, declared: Iterable[parameters.Parameter] = (), argv: Optional[Sequence[str]] = None,
+              **options: Any) -> None:
     """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
 
     Parameters of the command line are deleted when the node ends. So are those of one run only (see parameters) that a
@@ -57,9 +64,7 @@ def init_node(name, declared=(), argv=None, **options):
     Raises rospy.exceptions.ROSInitException when it was stopped before a master answered, and ParameterError for a name
     that ROS does not allow, or a value that no parameter can have.
     """
-    wrong = graph_names.fault(sys.argv if argv is None else argv, os.environ)
-    if wrong:
-        raise ParameterError(wrong)
+    check_names(sys.argv if argv is None else argv, os.environ)
     parameters.check_command_line(sys.argv if argv is None else argv)
     parameters.declare(declared)
     servers.protect()
@@ -85,12 +90,48 @@ def init_node(name, declared=(), argv=None, **options):
         timer.start()
 
 
-def launched(argv=None):
+def check_names(arguments: Sequence[str], environment: Mapping[str, str]) -> None:
+    """Raise ParameterError for a name on the command line ``arguments``, or in ROS_NAMESPACE, that roscpp refuses.
+
+    The fault: with a blank or an umlaut in its name a rospy node registers by half, or in a way that C++ nodes cannot
+    read, and reports that the master does not answer.
+    """
+    given = rosgraph.names.load_mappings(list(arguments))
+    name, namespace = given.pop('__name', None), given.pop('__ns', None)
+    if name is not None and not NODE_NAME.fullmatch(name):
+        raise _name_error(f'__name:={name}', 'a node has only letters a to z, digits and _, and begins with a letter',
+                          f'__name:={_legal_name(name.replace("/", "_"))}')
+    if namespace is not None:
+        _check_graph_name(f'__ns:={namespace}', '__ns:=', namespace)
+    if environment.get(NAMESPACE):
+        _check_graph_name(f'{NAMESPACE}={environment[NAMESPACE]}', f'export {NAMESPACE}=', environment[NAMESPACE])
+    for original, other in given.items():
+        if not original.startswith('__'):
+            _check_graph_name(f'{original}:={other}', f'{_legal_name(original)}:=', original, other)
+
+
+def _check_graph_name(given: str, before: str, *names: str) -> None:
+    if not all(map(GRAPH_NAME.fullmatch, names)):
+        raise _name_error(given, 'it has only letters a to z, digits, _ and /, and begins with a letter, / or ~',
+                          f'{before}{_legal_name(names[-1])}')
+
+
+def _name_error(given: str, allowed: str, better: str) -> ParameterError:
+    return ParameterError(f'{given!r} is not a name that ROS allows: {allowed}. Type for example {better}')
+
+
+def _legal_name(name: str) -> str:
+    """Return a similar name that is allowed."""
+    cleaned = re.sub(r'[^\w/~]', '_', name, flags=re.ASCII)
+    return cleaned if GRAPH_NAME.fullmatch(cleaned) else f'n{cleaned}'
+
+
+def launched(argv: Optional[Sequence[str]] = None) -> bool:
     """Return whether roslaunch has started this process."""
     return any(argument.startswith('__log:=') for argument in (sys.argv if argv is None else argv))
 
 
-def _warn_of_no_clock():
+def _warn_of_no_clock() -> None:
     """Warn if simulated time does not start because no node publishes /clock."""
     with contextlib.suppress(NoMaster, rospy.exceptions.ROSInitException):
         if rospy.get_time() == 0.0 and not _ending.is_set():
@@ -99,7 +140,7 @@ def _warn_of_no_clock():
                 rospy.logwarn('%s', findings.no_clock())
 
 
-def run(main):
+def run(main: Callable[[], Any]) -> NoReturn:
     """Run a node's main() and end the process with its exit code."""
     console.guard()
     threading.excepthook = _thread_failed
@@ -110,7 +151,7 @@ def run(main):
     _leave(code)
 
 
-def outcome(main):
+def outcome(main: Callable[[], Any]) -> int:
     """Run a node's main(), report an error, and return the exit code."""
     try:
         main()
@@ -140,18 +181,18 @@ def outcome(main):
         return 1
 
 
-def _master_answers():
+def _master_answers() -> bool:
     try:
         return bool(Master(CALL_TIMEOUT).request([('getPid',)]))
     except NoMaster:
         return False
 
 
-def shut_down(reason):
+def shut_down(reason: str) -> threading.Thread:
     """Shut rospy down in a separate thread and return the thread, which ends when the shutdown is complete."""
     _limit_the_end()
 
-    def work():
+    def work() -> None:
         rospy.signal_shutdown(reason)
         rospy_internals.wait_for_shutdown()
     thread = threading.Thread(target=work, name='shutdown', daemon=True)
@@ -160,7 +201,7 @@ def shut_down(reason):
     return thread
 
 
-def _limit_the_end():
+def _limit_the_end() -> None:
     """End the process after SHUTDOWN_TIMEOUT, even if a master that hangs, or a lock, blocks the shutdown."""
     if not _ending.is_set():
         _ending.set()
@@ -170,12 +211,12 @@ def _limit_the_end():
         timer.start()
 
 
-def _give_up():
+def _give_up() -> None:
     print(f'The node did not end within {SHUTDOWN_TIMEOUT:g} s; it is stopped now.', file=sys.stderr)
     _leave(1)
 
 
-def _leave(code):
+def _leave(code: int) -> NoReturn:
     """End the process without the interpreter's cleanup, which crashes if threads still run."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(Exception):
@@ -183,7 +224,7 @@ def _leave(code):
     os._exit(code)
 
 
-def _catch_signals():
+def _catch_signals() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)  # written at once, even while the main thread is busy
@@ -193,7 +234,7 @@ def _catch_signals():
     threading.Thread(target=_await_signals, args=(reader,), name='signals', daemon=True).start()
 
 
-def _await_signals(reader):
+def _await_signals(reader: int) -> None:
     while True:
         for number in os.read(reader, 64):
             if number in SIGNALS:
@@ -201,7 +242,7 @@ def _await_signals(reader):
                 shut_down(f'signal-{number}')
 
 
-def _thread_failed(failure):
+def _thread_failed(failure: threading.ExceptHookArgs) -> None:
     """Log the error that ended a thread, unless the node is shutting down."""
     if not (_ending.is_set() or rospy.is_shutdown()):
         said = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))

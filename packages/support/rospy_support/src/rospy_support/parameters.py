@@ -20,6 +20,7 @@ import difflib
 import http.client
 import math
 import xmlrpc.client
+from typing import Any, Container, Dict, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, Union
 
 import rosgraph
 import rospy
@@ -30,8 +31,8 @@ from rospy_support.master import Master, NoMaster
 
 SIMILAR, MISSPELT = 0.5, 0.8  # similarity of a name to the one that is meant; of one that a launch file has set
 HIDDEN = '(hidden)'  # instead of a secret value
-_effective = {}  # resolved name -> text of the value, in the order of reading
-_declared = None  # names that this node may read; None: any, for tests of a part of a node
+_effective: Dict[str, str] = {}  # resolved name -> text of the value, in the order of reading
+_declared: Optional[Set[str]] = None  # names that this node may read; None: any, for tests of a part of a node
 
 
 class ParameterError(ValueError):
@@ -42,7 +43,7 @@ class MasterAway(ParameterError):
     """A parameter could not be read because no master answers."""
 
 
-def check_command_line(arguments):
+def check_command_line(arguments: Iterable[str]) -> None:
     """Raise ParameterError for a value, as in ``_name:=value``, that no master can store.
 
     rospy gives such values to the master unchecked, which ends in a traceback, or in a question about the master.
@@ -73,14 +74,24 @@ class Parameter:
     in the documentation; it is empty where that needs a sentence.
     """
 
-    unit = kind = allowed = range = ''
+    name: str
+    default: Any
+    unit = kind = ''
     secret = False  # no log or error shows the value
 
-    def convert(self, value):
+    @property
+    def allowed(self) -> str:
+        return ''
+
+    @property
+    def range(self) -> str:
+        return ''
+
+    def convert(self, value: Any) -> Any:
         """Convert a value of the parameter server to the value for the node; raise ValueError if it is not allowed."""
         raise NotImplementedError
 
-    def read(self, default=None, values=None):
+    def read(self, default: Any = None, values: Optional[Mapping[str, Any]] = None) -> Any:
         """Return the parameter's value; ``default`` replaces the table's, and is required if that is Computed.
 
         ``values`` {resolved name: value} contains the parameters that are set, if the caller has read them already.
@@ -101,7 +112,7 @@ class Parameter:
         _effective[resolved] = self.shown(f'{converted}{unit}')
         return converted
 
-    def shown(self, text):
+    def shown(self, text: str) -> str:
         """Return the text of a value for logs and errors."""
         return HIDDEN if self.secret and text else text
 
@@ -110,14 +121,17 @@ class _Ranged(Parameter):
     """A parameter between a minimum and a maximum."""
 
     article = ''
+    minimum: float
+    maximum: float
+    infinite: str
 
     @property
-    def allowed(self):
+    def allowed(self) -> str:
         word = f', or {self.infinite}' if self.infinite else ''
         return f'{self.article}{_range(self.minimum, self.maximum)}{word}'
 
     @property
-    def range(self):
+    def range(self) -> str:
         low, high = self.minimum, self.maximum
         if low == -math.inf:
             text = 'finite' if high == math.inf else f'{high:g} or less'
@@ -142,7 +156,7 @@ class Number(_Ranged):
     clamp: bool = False
     kind, article = 'float', 'a number'
 
-    def convert(self, value):
+    def convert(self, value: Any) -> Any:
         if self.infinite and value == self.infinite:
             return math.inf
         _require_finite(value)
@@ -166,7 +180,7 @@ class Integer(_Ranged):
     unit: str = ''
     kind, article, infinite = 'int', 'a whole number', ''
 
-    def convert(self, value):
+    def convert(self, value: Any) -> Any:
         if isinstance(value, float) and value.is_integer():  # rosparam keeps 3.0 as a float
             value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not self.minimum <= value <= self.maximum:
@@ -182,7 +196,7 @@ class Boolean(Parameter):
     default: 'bool | Computed'
     kind, allowed, range = 'bool', 'true or false', 'true, false'
 
-    def convert(self, value):
+    def convert(self, value: Any) -> Any:
         if not isinstance(value, bool):
             raise ValueError
         return value
@@ -194,20 +208,20 @@ class Text(Parameter):
 
     name: str
     default: str
-    choices: tuple = ()
+    choices: Tuple[str, ...] = ()
     secret: bool = False
     filled: bool = False
     kind = 'text'
 
     @property
-    def allowed(self):
+    def allowed(self) -> str:
         return f'one of {self.range}' if self.choices else 'a text' + ' that is not empty' * self.filled
 
     @property
-    def range(self):
+    def range(self) -> str:
         return ', '.join(self.choices)
 
-    def convert(self, value):
+    def convert(self, value: Any) -> Any:
         if not isinstance(value, str) or (self.choices and value not in self.choices) or (self.filled and not value):
             raise ValueError
         return value
@@ -218,21 +232,21 @@ class Numbers(Parameter):
     """A list of finite floats (or of such lists), in ``unit``, with ``length`` entries if that is given."""
 
     name: str
-    default: list
-    length: int = None
+    default: List[Any]
+    length: Optional[int] = None
     unit: str = ''
     kind = 'list of'
 
     @property
-    def allowed(self):
+    def allowed(self) -> str:
         return f'a list of {self.length if self.length is not None else "finite"} numbers'
 
-    def convert(self, value):
+    def convert(self, value: Any) -> Any:
         if not isinstance(value, (list, tuple)) or (self.length is not None and len(value) != self.length):
             raise ValueError
         return [self._entry(entry) for entry in value]
 
-    def _entry(self, entry):
+    def _entry(self, entry: Any) -> Any:
         if isinstance(entry, (list, tuple)):
             return [self._entry(inner) for inner in entry]
         _require_finite(entry)
@@ -245,8 +259,9 @@ class Table:
     ``run_only``: all of them are of one run only; those of a part that says so are in any case.
     """
 
-    def __init__(self, *parts, run_only=False):
-        self._parameters, self.run_only = {}, set()  # names that are of one run only
+    def __init__(self, *parts: Union[Parameter, 'Table'], run_only: bool = False) -> None:
+        self._parameters: Dict[str, Parameter] = {}
+        self.run_only: Set[str] = set()  # names of the parameters that are of one run only
         for part in parts:
             self.run_only |= getattr(part, 'run_only', set())
             for parameter in part if isinstance(part, Table) else [part]:
@@ -256,24 +271,24 @@ class Table:
         if run_only:
             self.run_only |= self._parameters.keys()
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Parameter]:
         return iter(self._parameters.values())
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> Parameter:
         return self._parameters[name]
 
-    def read(self, *names):
+    def read(self, *names: str) -> List[Any]:
         """Return the values of the parameters with these names as a list; without names, of all parameters."""
         return [self._parameters[name].read() for name in names or self._parameters]
 
 
-def declare(parameters):
+def declare(parameters: Iterable[Parameter]) -> None:
     """Let the node read these Parameters (usually a Table) and no others; nodes.init_node calls this."""
     global _declared
     _declared = {parameter.name for parameter in parameters}
 
 
-def warn_of_stale(parameters, given):
+def warn_of_stale(parameters: Iterable[Parameter], given: Container[str]) -> None:
     """Warn about private parameters that an earlier run has left: they are set, but are not in ``given``.
 
     ``given`` holds the resolved names from the command line. Parameters with their default value cause no warning.
@@ -292,7 +307,7 @@ def warn_of_stale(parameters, given):
         rospy.logwarn('%s', findings.stale_parameters(rospy.get_name(), stale))
 
 
-def private():
+def private() -> Dict[str, Any]:
     """Return {name without ~: value} of what the master has below the name of this node; {} without a master."""
     try:
         (code, _, stored), = Master().request([('getParam', rospy.get_name())])
@@ -301,13 +316,15 @@ def private():
     return stored if code == 1 and isinstance(stored, dict) else {}
 
 
-def of_launch(parameters, given, stored):
+def of_launch(parameters: Iterable[Parameter], given: Container[str], stored: Mapping[str, Any]) -> Dict[str, Any]:
     """Return {resolved name: value} of the parameters of one run only that are not on the command line.
 
-    ``parameters`` is a Table or a list; ``stored`` as ``private`` returns it. The launch file of this node has set
-    them, or a run that was killed has left them, which nobody can tell; so those that are not the default are logged.
+    Only a Table has some. ``stored`` as ``private`` returns it. The launch file of this node has set them, or a run
+    that was killed has left them, which nobody can tell; so those that are not the default are logged.
     """
-    found = {name: stored[name[1:]] for name in getattr(parameters, 'run_only', ())
+    if not isinstance(parameters, Table):
+        return {}
+    found = {name: stored[name[1:]] for name in parameters.run_only
              if name[1:] in stored and rospy.resolve_name(name) not in given}
     unusual = [f'{name[1:]}={_yaml(stored[name[1:]])}' for name in sorted(found)
                if parameters[name].default != stored[name[1:]] and not parameters[name].secret]
@@ -317,7 +334,7 @@ def of_launch(parameters, given, stored):
     return {rospy.resolve_name(name): value for name, value in found.items()}
 
 
-def warn_of_unknown(parameters, given, stored):
+def warn_of_unknown(parameters: Iterable[Parameter], given: Container[str], stored: Mapping[str, Any]) -> None:
     """Warn about private parameters that the node does not have: of the command line, and misspelt ones on the master.
 
     ``given`` holds the resolved names from the command line, ``stored`` is what ``private`` returns. A launch file for
@@ -335,12 +352,12 @@ def warn_of_unknown(parameters, given, stored):
                           f'Did you mean _{near[0]}?' if near else f'It has {", ".join(sorted(known))}.')
 
 
-def log_effective():
+def log_effective() -> None:
     """Log one INFO line with every parameter read so far, its value and its unit."""
     rospy.loginfo('Parameters: %s', ', '.join(f'{name}={value}' for name, value in _effective.items()))
 
 
-def _range(minimum, maximum):
+def _range(minimum: float, maximum: float) -> str:
     if math.isinf(minimum) and math.isinf(maximum):
         return ''
     if math.isinf(maximum):
@@ -350,12 +367,12 @@ def _range(minimum, maximum):
     return f' from {minimum:g} to {maximum:g}'
 
 
-def _require_finite(value):
+def _require_finite(value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ValueError
 
 
-def _value(name, resolved, default):
+def _value(name: str, resolved: str, default: Any) -> Any:
     try:
         return rospy.get_param(name, default)
     except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
@@ -363,12 +380,12 @@ def _value(name, resolved, default):
                          f'answer ({error}); start roscore and try again') from None
 
 
-def _yaml(value):
+def _yaml(value: Any) -> str:
     """Return a value as in YAML."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _typed(name, resolved, default):
+def _typed(name: str, resolved: str, default: Any) -> str:
     """Return how to set the parameter: on the command line of the node, or with rosparam."""
     value = 'TEXT' if default in (None, '') else _yaml(default)
     if isinstance(default, (list, tuple)):

@@ -9,6 +9,7 @@ import http.client
 import threading
 import time
 import xmlrpc.client
+from typing import Optional, Set, Tuple
 from urllib.parse import urlsplit
 
 import rosgraph
@@ -24,7 +25,7 @@ LOG_TOPIC = '/rosout'
 REMINDER = 30.0  # [s] between two warnings of the same kind
 
 
-def watch(period=PERIOD):
+def watch(period: float = PERIOD) -> threading.Thread:
     """Warn at once if this node's address cannot be right, and later about topics that stay unconnected."""
     wrong = addresses.wrong_address()
     if wrong:
@@ -32,8 +33,9 @@ def watch(period=PERIOD):
     ended, reminders = threading.Event(), WallThrottle(REMINDER)
     rospy.on_shutdown(ended.set)
 
-    def check():
-        before, pause = set(), period
+    def check() -> None:
+        before: Set[Tuple[str, str]] = set()
+        pause = period
         while not ended.wait(pause):
             start = time.monotonic()
             try:
@@ -48,12 +50,12 @@ def watch(period=PERIOD):
     return threads.keep_running('reachability', check)
 
 
-def pause_after(took, period):
+def pause_after(took: float, period: float) -> float:
     """Return how long [s] to wait after a check that took ``took`` [s]."""
     return max(period, took / SHARE)
 
 
-def unconnected():
+def unconnected() -> Set[Tuple[str, str]]:
     """Return {(topic, nodes)}: topics of this node without a connection, though the master knows the other nodes.
 
     ``nodes`` is a text: their names, separated by commas. Raises OSError or a rosgraph.MasterException if the master
@@ -73,7 +75,7 @@ def unconnected():
     return found
 
 
-def _silence(topic, nodes):
+def _silence(topic: str, nodes: str) -> str:
     gone = [str(finding) for finding in map(_gone, nodes.split(', ')) if finding]
     if gone:
         return f'{topic}: {" ".join(gone)}'
@@ -84,7 +86,7 @@ def _silence(topic, nodes):
             f'{addresses.remedy(place.host if place else "localhost")}')
 
 
-def _gone(node):
+def _gone(node: str) -> Optional[findings.Finding]:
     """Return a finding about a node of this machine that has ended without unregistering; None for others."""
     master, service = rosgraph.Master(rospy.get_name()), f'{node}/{registrations.SIGN}'
     try:

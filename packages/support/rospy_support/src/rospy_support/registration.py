@@ -13,12 +13,15 @@ import contextlib
 import http.client
 import threading
 import xmlrpc.client
+from types import MappingProxyType
+from typing import Any, Callable, Dict, Iterable, List, Mapping
 
 import rosgraph
 import rospy
 
 from rospy_support import rospy_internals
 from rospy_support.master import TIMEOUT, Master, NoMaster
+from rospy_support.rospy_internals import Call
 
 PERIOD = 1.0  # [s] between two checks of the master
 SIGN = '~get_loggers'  # a node is registered if the master knows this service
@@ -26,11 +29,11 @@ UNREGISTER_TIMEOUT = 2.0  # [s] for an answer of the master to a node that ends
 REST_TIMEOUT = 1.0  # [s] the same for a node that has shut down
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
-_hooks = []  # called after each repeated registration
-_deleted_at_end = {}  # {absolute name: value}
+_hooks: List[Callable[[], Any]] = []  # called after each repeated registration
+_deleted_at_end: Dict[str, Any] = {}  # {absolute name: value}
 
 
-def on_return(function):
+def on_return(function: Callable[[], Any]) -> None:
     """Call ``function()``, in another thread, each time the node has been registered again.
 
     If it raises one of TROUBLES, the registration is repeated.
@@ -38,18 +41,18 @@ def on_return(function):
     _hooks.append(function)
 
 
-def keep_parameter(name, value):
+def keep_parameter(name: str, value: Any) -> None:
     """Set a parameter, now and on each master that the node is registered with again."""
     rospy.set_param(name, value)
     on_return(lambda: rospy.set_param(name, value))
 
 
-def delete_at_end(parameters):
+def delete_at_end(parameters: Mapping[str, Any]) -> None:
     """Delete the parameters {absolute name: value} when the node ends, unless they have another value by then."""
     _deleted_at_end.update(parameters)
 
 
-def keep_registered(parameters=(), period=PERIOD):
+def keep_registered(parameters: Mapping[str, Any] = MappingProxyType({}), period: float = PERIOD) -> threading.Thread:
     """Start a thread that watches the master, and return it.
 
     ``parameters`` {absolute name: value} are set again on a restarted master, and deleted at the end.
@@ -61,7 +64,7 @@ def keep_registered(parameters=(), period=PERIOD):
     return thread
 
 
-def unregister_rest():
+def unregister_rest() -> None:
     """Unregister the names that the master still lists for this node; call it last.
 
     A node that is stopped while it starts keeps registering until it notices, but rospy unregisters only once.
@@ -80,7 +83,7 @@ def unregister_rest():
             *(('unregisterService', service, address) for service, (_, _, address) in zip(served, addresses))])
 
 
-def values_of(calls):
+def values_of(calls: Iterable[Call]) -> List[Any]:
     """Make calls (method, argument, ...) to the master in as few requests as possible; return the list of their values.
 
     Raise one of TROUBLES if the master does not answer or refuses a call.
@@ -96,14 +99,14 @@ def values_of(calls):
 class _Watch:
     """Watches the master, and registers the node again if necessary."""
 
-    def __init__(self, parameters):
+    def __init__(self, parameters: Dict[str, Any]) -> None:
         self._parameters = parameters
         self._ended = threading.Event()
         self._registering = threading.Lock()
         self._lost = False  # the node must be registered again
         self._away = False  # the missing master was reported
 
-    def run(self, period):
+    def run(self, period: float) -> None:
         """Check every ``period`` [s] until the node ends."""
         while not self._ended.wait(period):
             try:
@@ -114,19 +117,19 @@ class _Watch:
                     rospy.logwarn('The ROS master does not answer: %s. Continuing without it; the node will register '
                                   'again when it returns (roscore).', error)
 
-    def end(self):
+    def end(self) -> None:
         """Stop watching; the slow part runs after all other hooks of the shutdown, because those stop vehicles."""
         self._ended.set()
         rospy.on_shutdown(self._finish)
 
-    def _finish(self):
+    def _finish(self) -> None:
         """Wait for a registration in progress, then delete the parameters."""
         if self._registering.acquire(timeout=TIMEOUT):
             self._registering.release()
             with contextlib.suppress(*TROUBLES):
                 _delete({**self._parameters, **_deleted_at_end})
 
-    def _check(self):
+    def _check(self) -> None:
         self._lost = self._lost or not _known()
         if self._lost:
             with self._registering:
@@ -142,7 +145,7 @@ class _Watch:
         self._away = False
 
 
-def _known():
+def _known() -> bool:
     """Return whether the master knows this node; end the node if another one has taken its name."""
     sign = rospy.resolve_name(SIGN)
     (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
@@ -153,7 +156,7 @@ def _known():
     return code == 1
 
 
-def _delete(parameters):
+def _delete(parameters: Mapping[str, Any]) -> None:
     """Delete the parameters {absolute name: value} that still have this value, unless a newer node has this name."""
     if not parameters:
         return
@@ -165,7 +168,7 @@ def _delete(parameters):
                         if there == 1 and now == value])
 
 
-def _register_all(parameters):
+def _register_all(parameters: Mapping[str, Any]) -> None:
     there = values_of(('hasParam', name) for name in parameters)
     values_of(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
     uri, sign = rospy.get_node_uri(), rospy.resolve_name(SIGN)

@@ -6,6 +6,8 @@ import functools
 import resource
 import sys
 import threading
+from socket import socket as Socket
+from typing import Any, Callable
 
 import rospy
 
@@ -21,7 +23,7 @@ NEXT, AGAIN = 1.0, 10.0  # [s] between two lines about peers, if their texts dif
 REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
-def allow_many_files():
+def allow_many_files() -> None:
     """Raise the soft limit of open files, which is often only 1024.
 
     The fault: a thousand turtles need 3,000, and a node without a free one accepts no connection.
@@ -33,7 +35,7 @@ def allow_many_files():
 
 
 @functools.lru_cache(maxsize=None)
-def protect():
+def protect() -> None:
     """Let a SocketWatch read all incoming connections of this process, and allow many. Call it before init_node.
 
     With an unknown version of rospy, warn and keep rospy's own servers.
@@ -47,7 +49,7 @@ def protect():
     report = Report()
     watch = SocketWatch(report)
 
-    def start(listening, topic_handler):
+    def start(listening: Socket, topic_handler: Callable[..., Any]) -> None:
         watch.listen(listening, TcprosServer(watch, topic_handler).serve)
     rospy_internals.replace_tcpros_server(start, watch.close)
     rospy_internals.replace_slave_server(functools.partial(SlaveServer, watch))
@@ -63,10 +65,10 @@ class Report:
     thread of a SocketWatch must not wait for a terminal.
     """
 
-    def __init__(self, log=rospy.logwarn):
+    def __init__(self, log: Callable[..., Any] = rospy.logwarn) -> None:
         self._log, self._refused, self._files = log, WallThrottle(AGAIN), WallThrottle(REMINDER)
 
-    def __call__(self, kind, text):
+    def __call__(self, kind: str, text: str) -> None:
         """Log a text; ``kind`` is 'descriptors' or 'refused'."""
         due = self._files.due() if kind == 'descriptors' else self._refused.due(text=text, changed=NEXT)
         if due:

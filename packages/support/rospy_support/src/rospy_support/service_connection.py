@@ -9,9 +9,11 @@ import select
 import socket
 import struct
 import threading
+from socket import socket as Socket
+from typing import Any, Dict, Optional
 
 from rospy_support import rospy_internals
-from rospy_support.inbound import CHUNK, Ended, Refused, read_block
+from rospy_support.inbound import CHUNK, Ended, Refused, SocketWatch, read_block
 
 SIZE_LIMIT = 256 << 20  # [bytes] of a message or a request
 LINGER = 0.5  # [s] for the next request of a persistent connection, while its thread waits
@@ -20,13 +22,13 @@ LINGER = 0.5  # [s] for the next request of a persistent connection, while its t
 class ServiceConnection:
     """A connection after the exchange of headers."""
 
-    def __init__(self, watch, service, connection, header):
+    def __init__(self, watch: SocketWatch, service: Any, connection: Socket, header: Dict[str, str]) -> None:
         """``service`` is rospy's object, ``header`` {field: text} the caller's."""
         self._watch, self._service, self._connection, self._header = watch, service, connection, header
         self._transport = rospy_internals.transport_of(service, connection, header)
         self._persistent = header.get('persistent', '').lower() in ('1', 'true')
 
-    async def serve(self):
+    async def serve(self) -> None:
         """Read the next request, and let a thread answer it."""
         try:
             request = await read_block(self._connection, SIZE_LIMIT)
@@ -38,7 +40,7 @@ class ServiceConnection:
         else:
             threading.Thread(target=self._answer, args=(request,), daemon=True).start()
 
-    def _answer(self, request):
+    def _answer(self, request: Optional[bytes]) -> None:
         """Answer a request, and further ones that come within LINGER."""
         connection = self._connection
         try:
@@ -56,10 +58,10 @@ class ServiceConnection:
         except OSError:  # the caller has gone
             connection.close()
 
-    def _report(self, what):
+    def _report(self, what: str) -> None:
         self._watch.report('refused', f'{self._header["callerid"]} called {self._service.resolved_name} and {what}.')
 
-    def _complete_request(self):
+    def _complete_request(self) -> Optional[bytes]:
         """Return a request that arrives within LINGER, all of it at once; None if there is none."""
         poll = select.poll()
         poll.register(self._connection, select.POLLIN)

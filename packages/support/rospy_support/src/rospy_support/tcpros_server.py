@@ -5,26 +5,30 @@ endless header, blocks all new subscribers and callers until it closes the conne
 """
 import struct
 import threading
+from socket import socket as Socket
+from typing import Any, Callable, Dict, Optional
 
 import rosgraph.network
 from rosgraph.network import ROSHandshakeException
 
 from rospy_support import rospy_internals
-from rospy_support.inbound import Ended, Refused, read_block
+from rospy_support.inbound import Ended, Refused, SocketWatch, read_block
 from rospy_support.service_connection import ServiceConnection
 
 HEADER_LIMIT = 256 << 10  # [bytes]; a header contains the definition of the message type, up to 30 kB in known packages
 HEADER_DEADLINE = 5.0  # [s] for a peer to send its header; ROS nodes send it at once
 
+TopicHandler = Callable[[Socket, Any, Dict[str, str]], Optional[str]]  # (socket, address, header)
+
 
 class TcprosServer:
     """Reads the header of each connection and passes the connection on."""
 
-    def __init__(self, watch, topic_handler):
+    def __init__(self, watch: SocketWatch, topic_handler: TopicHandler) -> None:
         """``topic_handler(socket, address, header)`` is rospy's; it returns the reason of a refusal, or None or ''."""
         self._watch, self._topic_handler = watch, topic_handler
 
-    async def serve(self, connection, address):
+    async def serve(self, connection: Socket, address: Any) -> None:
         """Read the header of a new connection and pass the connection on."""
         try:
             data = await self._watch.read(read_block(connection, HEADER_LIMIT), HEADER_DEADLINE)
@@ -39,7 +43,7 @@ class TcprosServer:
         else:
             await self._dispatch(address, connection, header)
 
-    async def _dispatch(self, address, connection, header):
+    async def _dispatch(self, address: Any, connection: Socket, header: Dict[str, str]) -> None:
         if rospy_internals.shutting_down():
             _send_header(connection, {'error': 'node shutting down'})
             connection.close()
@@ -50,7 +54,7 @@ class TcprosServer:
         else:
             self._refuse(address, connection, 'no topic or service name detected')
 
-    def _hand_over(self, address, connection, header):
+    def _hand_over(self, address: Any, connection: Socket, header: Dict[str, str]) -> None:
         """Let rospy write its header and a latched message; runs in its own thread, since it may wait for the peer."""
         try:
             connection.setblocking(True)
@@ -62,7 +66,7 @@ class TcprosServer:
         if refused:
             self._refuse(address, connection, refused)
 
-    async def _serve_caller(self, address, connection, header):
+    async def _serve_caller(self, address: Any, connection: Socket, header: Dict[str, str]) -> None:
         service, refused = rospy_internals.find_service(header)
         if service is None:
             self._refuse(address, connection, refused)
@@ -72,17 +76,17 @@ class TcprosServer:
             return
         await ServiceConnection(self._watch, service, connection, header).serve()
 
-    def _refuse(self, address, connection, why):
+    def _refuse(self, address: Any, connection: Socket, why: str) -> None:
         if not rospy_internals.shutting_down():
             self._report(address, why)
             _send_header(connection, {'error': why})
         connection.close()
 
-    def _report(self, address, why):
+    def _report(self, address: Any, why: str) -> None:
         self._watch.report('refused', f'Could not process inbound connection of {address[0]}: {why}')
 
 
-def _send_header(connection, header):
+def _send_header(connection: Socket, header: Dict[str, str]) -> bool:
     """Send a short header without waiting; return whether all of it was sent."""
     data = rosgraph.network.encode_ros_handshake_header(header)
     try:

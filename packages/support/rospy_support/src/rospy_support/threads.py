@@ -6,6 +6,7 @@ import functools
 import threading
 import time
 import traceback
+from typing import Any, Callable
 
 import rospy
 
@@ -16,11 +17,11 @@ PAUSE = 1.0  # [s] of wall time after an error, before a loop starts again
 REMINDER = 10.0  # [s] of wall time between two reports of the same error
 
 
-def keep_running(name, loop):
+def keep_running(name: str, loop: Callable[[], Any]) -> threading.Thread:
     """Call ``loop()`` in a daemon thread of this name, again after each error, until it returns; return the thread."""
     returned = guarded(lambda: loop() or True)
 
-    def run():
+    def run() -> None:
         while not returned():
             if rospy_internals.shutting_down():
                 return
@@ -30,12 +31,12 @@ def keep_running(name, loop):
     return thread
 
 
-def call_every(period, function):
+def call_every(period: float, function: Callable[[rospy.timer.TimerEvent], Any]) -> rospy.Timer:
     """Call ``function(event)`` every ``period`` [s] of ROS time, as rospy.Timer does, also after errors and jumps."""
     return rospy.Timer(rospy.Duration.from_sec(period), guarded(function), reset=True)
 
 
-def guarded(function):
+def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a function, so that it logs an error instead of raising it, and then returns None.
 
     While the node shuts down, errors are ignored: rospy is closing topics and services.
@@ -43,7 +44,7 @@ def guarded(function):
     throttle = WallThrottle(REMINDER)
 
     @functools.wraps(function)
-    def call(*arguments):
+    def call(*arguments: Any) -> Any:
         try:
             return function(*arguments)
         except Exception as error:

@@ -1,5 +1,6 @@
 """Explain why no message arrives on a topic: which nodes publish it, and which other topics have its type."""
 import xmlrpc.client
+from typing import Mapping, Sequence
 
 import rosgraph
 import rospy
@@ -7,7 +8,7 @@ import rospy
 COMPRESSED = '/compressed'  # the suffix that image_transport appends to an image topic
 
 
-def waiting_text(subscriber, name):
+def waiting_text(subscriber: rospy.Subscriber, name: str) -> str:
     """Return a text that explains why a rospy.Subscriber gets no message; ``name`` is its topic before remapping."""
     topic, data_type = subscriber.resolved_name, subscriber.type
     try:
@@ -20,7 +21,8 @@ def waiting_text(subscriber, name):
     return text_about(topic, data_type, name, types, publishers)
 
 
-def text_about(topic, data_type, name, types, publishers):
+def text_about(topic: str, data_type: str, name: str, types: Mapping[str, str],
+               publishers: Mapping[str, Sequence[str]]) -> str:
     """Return the same text from ``types`` {topic: type} and ``publishers`` {topic: other nodes that publish it}."""
     own = publishers.get(topic)
     if not own:

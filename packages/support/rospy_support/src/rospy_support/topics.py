@@ -1,6 +1,7 @@
 """Publishers for high rates and for the time of the shutdown, and a listener for new subscriptions."""
 import contextlib
 import socket
+from typing import Any, Callable, Dict, Optional
 
 import rospy
 
@@ -11,11 +12,11 @@ from rospy_support.rospy_internals import frame
 class SubscriptionListener(rospy.SubscribeListener):
     """Calls ``on_subscribe()`` in one of rospy's threads at each new subscription; pass it to a Publisher."""
 
-    def __init__(self, on_subscribe):
+    def __init__(self, on_subscribe: Callable[[], Any]) -> None:
         super().__init__()
         self._on_subscribe = on_subscribe
 
-    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+    def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
         """Call ``on_subscribe``; rospy calls this method."""
         self._on_subscribe()
 
@@ -26,7 +27,7 @@ class Publisher(rospy.Publisher):
     rospy closes topics before it reports the shutdown, possibly in another thread.
     """
 
-    def publish(self, *args, **kwds):
+    def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as itself or by its fields."""
         try:
             super().publish(*args, **kwds)
@@ -45,24 +46,25 @@ class LatestPublisher(rospy.Publisher):
     Only one thread may publish at a time.
     """
 
-    def __init__(self, name, data_class, subscriber_listener=None):
+    def __init__(self, name: str, data_class: Any,
+                 subscriber_listener: Optional[rospy.SubscribeListener] = None) -> None:
         super().__init__(name, data_class, subscriber_listener, tcp_nodelay=True, queue_size=1)
         rospy_internals.publish_without_threads(self)
         self._published = 0
-        self._unsent = {}  # connection -> rest of a message that was sent only in part
+        self._unsent: Dict[Any, bytes] = {}  # connection -> rest of a message that was sent only in part
 
-    def wanted(self):
+    def wanted(self) -> bool:
         """Return whether there are subscribers."""
         return bool(rospy_internals.connections(self))
 
-    def publish(self, *args, **kwds):
+    def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as itself or by its fields; once unregistered, do nothing."""
         data_class = self.data_class
         if data_class is not None:
             self._published += 1
             self.publish_frame(frame(rospy_internals.to_message(data_class, args, kwds), self._published))
 
-    def publish_frame(self, data):
+    def publish_frame(self, data: bytes) -> None:
         """Publish a message that ``rospy_internals.frame`` has serialised."""
         connections = rospy_internals.connections(self)
         rospy_internals.count_publication(self)
@@ -83,7 +85,7 @@ class LatestPublisher(rospy.Publisher):
                 with contextlib.suppress(AttributeError, TypeError):  # another thread closes the topic: no more lists
                     connection.close()
 
-    def _send_rest(self, connection):
+    def _send_rest(self, connection: Any) -> None:
         """Send the rest of an incomplete message; the new message is dropped, so that the stream stays valid."""
         rest = self._unsent[connection]
         sent = connection.socket.send(rest, socket.MSG_DONTWAIT)

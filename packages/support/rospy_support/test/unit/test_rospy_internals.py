@@ -23,9 +23,8 @@ from std_srvs.srv import EmptyRequest, SetBoolRequest, SetBoolResponse
 from turtlesim.srv import SpawnRequest
 
 from rospy_support import rospy_internals
-from rospy_support.rospy_internals import compatibility, topics
+from rospy_support.rospy_internals import compatibility, process, topics
 from rospy_support.rospy_internals import services as service_module
-from rospy_support.rospy_internals import shutdown as shutdown_module
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -353,7 +352,7 @@ def raised_by(master):
 def test_a_shutdown_ends_a_registration_that_holds_its_lock(monkeypatch, held):
     monkeypatch.setattr(rospy.core, '_shutdown_flag', False)
     lock = threading.Lock()
-    monkeypatch.setattr(shutdown_module, 'get_topic_manager', lambda: types.SimpleNamespace(lock=lock))
+    monkeypatch.setattr(process, 'get_topic_manager', lambda: types.SimpleNamespace(lock=lock))
     if held:
         lock.acquire()
     rospy_internals.end_registering(0.01)

@@ -8,8 +8,21 @@ it uses, too.
 Each guard names the fault that it is for, and its test.
 """
 from rospy_support.rospy_internals.compatibility import CHECKED, misfits, version
-from rospy_support.rospy_internals.log import LOG_PARAMETER, log_without_asking, logging_configured_by
+from rospy_support.rospy_internals.process import (
+    LOG_PARAMETER,
+    end_registering,
+    follow_time,
+    is_wall_time,
+    limit_calls_of_master,
+    log_without_asking,
+    logging_configured_by,
+    set_time,
+    shut_down_by,
+    shutting_down,
+    wait_for_shutdown,
+)
 from rospy_support.rospy_internals.registration import (
+    Call,
     collected_registrations,
     collected_unregistrations,
     command_line_parameters,
@@ -32,14 +45,6 @@ from rospy_support.rospy_internals.services import (
     service_header,
     transport_of,
 )
-from rospy_support.rospy_internals.shutdown import (
-    end_registering,
-    limit_calls_of_master,
-    shut_down_by,
-    shutting_down,
-    wait_for_shutdown,
-)
-from rospy_support.rospy_internals.time import follow_time, is_wall_time, set_time
 from rospy_support.rospy_internals.topics import (
     caller,
     connection_header,
@@ -61,7 +66,7 @@ from rospy_support.rospy_internals.topics import (
 )
 
 __all__ = [
-    'CHECKED', 'LOG_PARAMETER', 'QueuedService', 'ServiceCall', 'attribute_connections', 'caller',
+    'CHECKED', 'Call', 'LOG_PARAMETER', 'QueuedService', 'ServiceCall', 'attribute_connections', 'caller',
     'collected_registrations', 'collected_unregistrations', 'command_line_parameters', 'connection_header',
     'connections', 'count_publication', 'end_registering', 'find_service', 'follow_time', 'frame', 'holder',
     'is_wall_time', 'limit_calls_of_master', 'limit_messages', 'limit_publishers', 'log_without_asking',

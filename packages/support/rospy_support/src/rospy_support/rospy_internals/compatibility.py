@@ -2,6 +2,7 @@
 import importlib
 import importlib.metadata
 import inspect
+from typing import Any, Iterable, List, Tuple
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 FUNCTIONS = {  # functions that this module calls or replaces: names of their parameters
@@ -77,7 +78,7 @@ OBJECTS = (  # other objects that this module uses
     'rospy.impl.init.time.sleep')
 
 
-def version():
+def version() -> str:
     """Return the version of rospy; '?' if its installation does not tell."""
     try:
         return importlib.metadata.version('rospy')
@@ -85,14 +86,14 @@ def version():
         return '?'
 
 
-def misfits():
+def misfits() -> List[str]:
     """Return one line for each private part of rospy that this module needs and that differs; [] if none does."""
     return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
             + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
             + [f'{name} is missing' for name in OBJECTS if not _there(name)])
 
 
-def _there(name):
+def _there(name: str) -> bool:
     try:
         _part(name)
     except (AttributeError, ImportError):
@@ -100,7 +101,7 @@ def _there(name):
     return True
 
 
-def _wrong_function(name, parameters):
+def _wrong_function(name: str, parameters: Tuple[str, ...]) -> List[str]:
     try:
         found = tuple(inspect.signature(_part(name)).parameters)
     except (AttributeError, ImportError, TypeError, ValueError):
@@ -108,7 +109,7 @@ def _wrong_function(name, parameters):
     return [] if found == parameters else [f'{name} takes ({", ".join(found)}), not ({", ".join(parameters)})']
 
 
-def _wrong_class(name, attributes):
+def _wrong_class(name: str, attributes: Iterable[str]) -> List[str]:
     try:
         names = _part(name).__init__.__code__.co_names
     except (AttributeError, ImportError):
@@ -116,7 +117,7 @@ def _wrong_class(name, attributes):
     return [f'{name} has no attribute {attribute}' for attribute in attributes if attribute not in names]
 
 
-def _part(name):
+def _part(name: str) -> Any:
     """Return the object with a dotted name: a module, or an attribute of one."""
     path = name.split('.')
     for length in range(len(path), 0, -1):

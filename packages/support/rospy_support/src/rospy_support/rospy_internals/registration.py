@@ -5,6 +5,7 @@ import sys
 import threading
 import time
 import types
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 import rospy
 import rospy.client
@@ -17,15 +18,16 @@ from rospy_support.rospy_internals.topics import new_publishers
 STATISTICS_PARAMETER = '/enable_statistics'  # true: subscribers publish statistics of their messages
 REGISTRATION_POLL = 0.005  # [s]; a master answers in 3 ms
 _KINDS = {Registration.PUB: 'Publisher', Registration.SUB: 'Subscriber', Registration.SRV: 'Service'}
+Call = Tuple[Any, ...]  # a method of the master's XML-RPC interface, and its arguments after the caller's name
 _collecting = threading.local()  # calls: the list that this thread collects, else None or missing
 
 
-def poll_for_registration():
+def poll_for_registration() -> None:
     """Let init_node poll for the answer of the master every REGISTRATION_POLL; rospy polls every 0.1 s."""
     rospy.impl.init.time = types.SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, REGISTRATION_POLL)))
 
 
-def command_line_parameters(argv=None):
+def command_line_parameters(argv: Optional[Sequence[str]] = None) -> Dict[str, Any]:
     """Return {absolute name: value} of the private parameters given as _name:=value on the command line."""
     given = rospy.client.load_command_line_node_params(sys.argv if argv is None else argv)
     return {rospy.resolve_name(f'~{name}'): value for name, value in given.items()}
@@ -38,28 +40,28 @@ class _ConnectionPoll:
     connections is held meanwhile, see tell_connections_apart: two threads cannot use select.poll at the same time.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._poll = select.poll()
-        self._files = set()
+        self._files: Set[int] = set()
 
-    def add_fd(self, file):
+    def add_fd(self, file: int) -> None:
         """Watch a connection."""
         self._poll.register(file, 0)  # POLLHUP and POLLERR are always reported
         self._files.add(file)
 
-    def remove_fd(self, file):
+    def remove_fd(self, file: int) -> None:
         """Stop watching a connection; raise KeyError if it was not watched."""
         self._poll.unregister(file)
         self._files.remove(file)
 
-    def error_iter(self):
+    def error_iter(self) -> List[int]:
         """Return the broken connections."""
-        return [file for file, event in self._poll.poll(0) if event] if self._files else ()
+        return [file for file, event in self._poll.poll(0) if event] if self._files else []
 
 
 
 @contextlib.contextmanager
-def collected_registrations():
+def collected_registrations() -> Iterator[List[Call]]:
     """Collect the registrations that this thread makes as a list of calls; none is sent to the master.
 
     The fault: with one request for each, to spawn a turtle takes 55 ms among a thousand.
@@ -67,7 +69,8 @@ def collected_registrations():
     A call is a tuple: a method of the master's XML-RPC interface, then its arguments after the caller's name.
     """
     _divert(get_registration_listeners())
-    _collecting.calls = calls = []
+    calls: List[Call] = []
+    _collecting.calls = calls
     try:
         yield calls
     finally:
@@ -82,7 +85,7 @@ def collected_registrations():
     calls.append(('getParam', STATISTICS_PARAMETER))  # rospy reads it for each subscriber; here once for all
 
 
-def registered(calls, values):
+def registered(calls: Sequence[Call], values: Sequence[Any]) -> None:
     """Process the master's answers to the calls of collected_registrations, as rospy does; None: a refused call."""
     for (method, name, *_), value in zip(calls, values):
         if method == 'registerSubscriber':
@@ -94,14 +97,15 @@ def registered(calls, values):
 
 
 @contextlib.contextmanager
-def collected_unregistrations():
+def collected_unregistrations() -> Iterator[List[Call]]:
     """Collect the names that this thread unregisters, as collected_registrations does.
 
     The fault: rospy goes through all topics for each one that it removes; a reset of 1,000 turtles took 17 s.
     """
     _divert(get_registration_listeners())
     manager = get_topic_manager()
-    _collecting.calls = calls = []
+    calls: List[Call] = []
+    _collecting.calls = calls
     with manager.lock:
         manager._recalculate_topics = lambda: None  # rospy goes through all topics each time it removes one
         try:
@@ -112,20 +116,20 @@ def collected_unregistrations():
             manager._recalculate_topics()
 
 
-def _divert(listeners):
+def _divert(listeners: Any) -> None:
     """Make rospy collect its calls of the master in a thread that collects, and send them in all others."""
     if 'notify_added' in vars(listeners):
         return
     tell_added, tell_removed = listeners.notify_added, listeners.notify_removed
     statistics_wanted = SubscriberStatisticsLogger.is_enabled
 
-    def added(name, type_or_uri, kind):
+    def added(name: str, type_or_uri: str, kind: str) -> None:
         if getattr(_collecting, 'calls', None) is None:
             tell_added(name, type_or_uri, kind)
         else:
             _collecting.calls.append((f'register{_KINDS[kind]}', name, type_or_uri, rospy.get_node_uri()))
 
-    def removed(name, type_or_uri, kind):
+    def removed(name: str, type_or_uri: str, kind: str) -> None:
         if getattr(_collecting, 'calls', None) is None:
             tell_removed(name, type_or_uri, kind)
         else:

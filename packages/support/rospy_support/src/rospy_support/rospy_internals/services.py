@@ -4,6 +4,7 @@ import socket
 import struct
 import sys
 import threading
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import genpy
 import rospy
@@ -17,12 +18,12 @@ ANY_TYPE = '*'  # instead of an md5sum: matches every type
 SHUTDOWN_POLL = 0.5  # [s] between two checks whether a call can still be answered
 
 
-def offered_services():
+def offered_services() -> List[Tuple[str, str]]:
     """Return (name, URI) of each service that this node offers."""
     return get_service_manager().get_services()
 
 
-def find_service(header):
+def find_service(header: Dict[str, str]) -> Tuple[Any, str]:
     """Return (service, '') for the service that a caller's header {field: text} names, or (None, reason).
 
     A service has ``resolved_name`` and ``request_class``; see also ``service_header`` and ``respond``.
@@ -39,19 +40,19 @@ def find_service(header):
     return found, ''
 
 
-def service_header(found):
+def service_header(found: Any) -> Dict[str, str]:
     """Return the header {field: text} with which a service answers the header of its caller."""
     return found.protocol.get_header_fields()
 
 
-def transport_of(found, connection, header):
+def transport_of(found: Any, connection: socket.socket, header: Dict[str, str]) -> Any:
     """Return rospy's transport for a connection (socket) to a service; ``header`` {field: text} is the caller's."""
     transport = rospy.impl.tcpros_base.TCPROSTransport(found.protocol, found.resolved_name, header=header)
     transport.set_socket(connection, header['callerid'])
     return transport
 
 
-def respond(found, transport, data):
+def respond(found: Any, transport: Any, data: bytes) -> Optional[str]:
     """Call a service with a serialised request and write the answer; raise OSError if the caller has gone.
 
     Return why ``data`` (bytes) is not a request, else ''. The fault: rospy never answers a request that is too short,
@@ -72,7 +73,7 @@ def respond(found, transport, data):
     return wrong
 
 
-def handle_request(self, transport, request):
+def handle_request(self: Any, transport: Any, request: Any) -> None:
     """Replace ServiceImpl._handle_request.
 
     The fault: rospy reports a caller that has gone as an error of the handler, with a traceback.
@@ -89,7 +90,7 @@ def handle_request(self, transport, request):
     transport.socket.sendall(answer)
 
 
-def service_error(text):
+def service_error(text: str) -> bytes:
     """Return the bytes of an answer that makes the caller raise a ServiceException with this text."""
     data = text.encode()
     return struct.pack('<BI', 0, len(data)) + data
@@ -98,24 +99,24 @@ def service_error(text):
 class ServiceCall:
     """A request of a QueuedService. Call either ``answer`` or ``fail``, once, from any thread."""
 
-    def __init__(self, service, transport, request):
+    def __init__(self, service: Any, transport: Any, request: Any) -> None:
         self.service, self.request = service, request
         self._transport = transport
         self._unsent = b''
         self._answered = threading.Event()
 
-    def answer(self, response):
+    def answer(self, response: Any) -> None:
         """Send a response without waiting.
 
         The fault: a client that does not read stops the thread of the simulator that answers.
         """
         self._write(b'\x01' + frame(response))
 
-    def fail(self, reason):
+    def fail(self, reason: str) -> None:
         """Send the reason of a failure, also without waiting."""
         self._write(service_error(reason))
 
-    def _write(self, data):
+    def _write(self, data: bytes) -> None:
         connection = self._transport.socket
         try:
             taken = select.poll()
@@ -129,7 +130,7 @@ class ServiceCall:
         self._unsent = data[sent:]
         self._answered.set()
 
-    def finish(self):
+    def finish(self) -> None:
         """Wait for the answer, and send the rest of it. The thread of the connection calls this."""
         while not self._answered.wait(SHUTDOWN_POLL):
             if rospy.is_shutdown():
@@ -141,12 +142,12 @@ class ServiceCall:
 class QueuedService(rospy.Service):
     """A rospy.Service that passes its requests on as ServiceCalls instead of answering them itself."""
 
-    def __init__(self, name, service_class, hand_over):
+    def __init__(self, name: str, service_class: Any, hand_over: Callable[[ServiceCall], Any]) -> None:
         """``hand_over(call)`` is called in one of rospy's threads, which then waits until the call is answered."""
         self._hand_over = hand_over
         super().__init__(name, service_class, hand_over)
 
-    def _handle_request(self, transport, request):
+    def _handle_request(self, transport: Any, request: Any) -> None:
         call = ServiceCall(self, transport, request)
         self._hand_over(call)
         call.finish()

@@ -4,6 +4,8 @@ import errno
 import functools
 import io
 import threading
+from socket import socket as Socket
+from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Sequence, Set, Tuple
 
 import rospy
 import rospy.impl.masterslave
@@ -14,7 +16,7 @@ from rospy.topics import _TopicImpl
 HOLDER = '_holder'  # a field of connection headers, which attribute_connections sets, whatever the other side has sent
 
 
-def connections(publisher):
+def connections(publisher: rospy.topics.Topic) -> Sequence[Any]:
     """Return the connections of a rospy.Publisher, empty once it is unregistered. Do not change the sequence.
 
     A connection has ``endpoint_id`` (the name of the subscribing node), ``socket`` (None once rospy has closed it)
@@ -24,27 +26,27 @@ def connections(publisher):
     return impl.connections if impl else ()
 
 
-def publish_without_threads(publisher):
+def publish_without_threads(publisher: rospy.Publisher) -> None:
     """Let the publishing thread write to the connections of a Publisher, instead of one rospy thread for each."""
     publisher.impl.set_queue_size(None)
 
 
-def caller(message):
+def caller(message: Any) -> str:
     """Return the name of the node that sent a message or a service request; '' if rospy does not know it."""
     return connection_header(message).get('callerid', '')
 
 
-def connection_header(message):
+def connection_header(message: Any) -> Dict[str, str]:
     """Return the connection header {field: text} of the node that sent a message or a request: callerid, type, ..."""
     return getattr(message, '_connection_header', None) or {}
 
 
-def holder(message):
+def holder(message: Any) -> str:
     """Return who holds the connection on which a message has arrived, see ``attribute_connections``; '' if unknown."""
     return connection_header(message).get(HOLDER, '')
 
 
-def take_over(subscriber, message, read):
+def take_over(subscriber: rospy.Subscriber, message: Any, read: Callable[[Socket, bytes], Any]) -> None:
     """Let ``read(socket, bytes)`` read what follows a message on its connection to a rospy.Subscriber.
 
     rospy's thread for the connection calls it with a duplicate of the socket, which it closes, and the bytes that were
@@ -57,7 +59,7 @@ def take_over(subscriber, message, read):
             connection.receive_once = functools.partial(_taken_over, connection, read)
 
 
-def _taken_over(connection, read):
+def _taken_over(connection: Any, read: Callable[[Socket, bytes], Any]) -> Any:
     buffer, own = connection.read_buff, connection.socket.dup()
     rest = buffer.getvalue()[:buffer.tell()]
     buffer.seek(0)
@@ -67,74 +69,74 @@ def _taken_over(connection, read):
     return connection.receive_once()
 
 
-def to_message(data_class, args, kwds):
+def to_message(data_class: Any, args: Any, kwds: Any) -> Any:
     """Return the message that the arguments of publish() stand for: either a message, or the fields of one."""
     return rospy.msg.args_kwds_to_message(data_class, args, kwds)
 
 
-def to_bytes(message):
+def to_bytes(message: Any) -> bytes:
     """Return the bytes of a message."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
 
 
-def frame(message, seq=0):
+def frame(message: Any, seq: int = 0) -> bytes:
     """Return the bytes of a message on a TCPROS connection: its length, then its fields, with header.seq ``seq``."""
     buffer = io.BytesIO()
     rospy.msg.serialize_message(buffer, seq, message)
     return buffer.getvalue()
 
 
-def publications():
+def publications() -> List[Any]:
     """Return [name, type] of each topic that this node publishes."""
     return get_topic_manager().get_publications()
 
 
-def subscriptions():
+def subscriptions() -> List[Any]:
     """Return [name, type] of each topic that this node subscribes to."""
     return get_topic_manager().get_subscriptions()
 
 
-def unconnected_publications():
+def unconnected_publications() -> Set[str]:
     """Return the names of the topics that this node publishes without a connected subscriber."""
     manager = get_topic_manager()
     return _unconnected(manager.get_publications(), manager.get_publisher_impl)
 
 
-def count_publication(publisher):
+def count_publication(publisher: rospy.Publisher) -> None:
     """Count a message that did not go through the ``publish`` of a rospy.Publisher."""
     impl = publisher.impl
     if impl:
         impl.seq += 1
 
 
-def published_messages():
+def published_messages() -> Dict[str, int]:
     """Return {topic: number of messages so far} for all topics of this node with a connected subscriber."""
     manager = get_topic_manager()
     found = [(name, manager.get_publisher_impl(name)) for name, _ in publications()]
     return {name: impl.seq for name, impl in found if impl is not None and impl.has_connections()}
 
 
-def unconnected_subscriptions():
+def unconnected_subscriptions() -> Set[str]:
     """Return the names of the topics that this node subscribes to without a connected publisher."""
     manager = get_topic_manager()
     return _unconnected(manager.get_subscriptions(), manager.get_subscriber_impl)
 
 
-def _unconnected(topics, implementation):
+def _unconnected(topics: Iterable[Any], implementation: Callable[[str], Any]) -> Set[str]:
     pairs = [(name, implementation(name)) for name, _ in topics]
     return {name for name, topic in pairs if topic is not None and not topic.has_connections()}
 
 
-def new_publishers(topic, uris):
+def new_publishers(topic: str, uris: Sequence[str]) -> None:
     """Connect the subscribers of a topic to these publishers, given by the URIs of their nodes."""
     for listener in get_registration_listeners().listeners:
         if isinstance(listener, RegManager):
             listener.publisher_update(topic, uris)
 
 
-def limit_publishers():
+def limit_publishers() -> None:
     """Use one connecting thread per publisher of a topic, and end it when the master no longer lists the publisher.
 
     The fault: rospy starts another thread for a publisher at every update from the master, and each one retries for
@@ -146,26 +148,27 @@ def limit_publishers():
 class _Publishers:
     """Replacements for the functions of rospy that connect subscribers to publishers."""
 
-    def __init__(self):
-        self._named = {}  # topic: URIs of the publishers in the last update from the master
-        self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it was listed again in the meantime
+    def __init__(self) -> None:
+        self._named: Dict[str, FrozenSet[str]] = {}  # topic: URIs of the publishers in the last update from the master
+        self._lock = threading.Lock()
+        self._trying: Dict[Tuple[str, str], bool] = {}  # (topic, URI): whether it was listed again in the meantime
         self._own = threading.local()  # topic: the topic that this thread connects
 
-    def install(self):
+    def install(self) -> None:
         update, connect = RegManager.publisher_update, RegManager._connect_topic_thread
         xmlrpcapi = rospy.impl.masterslave.xmlrpcapi
         RegManager.publisher_update = lambda *arguments: self._update(update, *arguments)
         RegManager._connect_topic_thread = lambda *arguments: self._connect(connect, *arguments)
         rospy.impl.masterslave.xmlrpcapi = lambda uri, cache=True: self._proxy(xmlrpcapi, uri, cache)
 
-    def _update(self, update, manager, topic, uris):
+    def _update(self, update: Callable[..., Any], manager: Any, topic: str, uris: Sequence[str]) -> None:
         subscribed = get_topic_manager().has_subscription
         if subscribed(topic):
             self._named = {name: named for name, named in self._named.items() if subscribed(name)}
             self._named[topic] = frozenset(uris)
             update(manager, topic, uris)
 
-    def _connect(self, connect, manager, topic, uri):
+    def _connect(self, connect: Callable[..., Any], manager: Any, topic: str, uri: str) -> None:
         with self._lock:
             once_more = (topic, uri) in self._trying
             self._trying[topic, uri] = once_more
@@ -178,13 +181,13 @@ class _Publishers:
                     return
                 self._trying[topic, uri] = False
 
-    def _proxy(self, xmlrpcapi, uri, cache):
-        if uri not in self._named.get(getattr(self._own, 'topic', None), (uri,)):
+    def _proxy(self, xmlrpcapi: Callable[..., Any], uri: str, cache: bool) -> Any:
+        if uri not in self._named.get(getattr(self._own, 'topic', ''), (uri,)):
             raise ConnectionRefusedError(errno.ECONNREFUSED, f'{uri} no longer publishes it')
         return xmlrpcapi(uri, cache)
 
 
-def tell_connections_apart():
+def tell_connections_apart() -> None:
     """Let the topics of this process identify a connection by itself, not by the number of its file descriptor.
 
     The fault: the system reuses a number at once. A subscriber that returns while its old connection is being removed
@@ -194,7 +197,7 @@ def tell_connections_apart():
     _TopicImpl.check = functools.partialmethod(_locked, _TopicImpl.check)
 
 
-def _remove_connection(self, connections, connection):
+def _remove_connection(self: Any, connections: List[Any], connection: Any) -> None:
     """Replace _TopicImpl._remove_connection: close a connection, and remove it or its queue from a list."""
     with contextlib.suppress(Exception):
         connection.close()
@@ -206,7 +209,7 @@ def _remove_connection(self, connections, connection):
             self.connection_poll.remove_fd(number)
 
 
-def _locked(self, check):
+def _locked(self: Any, check: Callable[[Any], Any]) -> None:
     """Replace _TopicImpl.check, which searches for broken connections before it takes the lock."""
     with self.c_lock:
         check(self)
