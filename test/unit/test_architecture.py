@@ -66,7 +66,7 @@ MODULES = sorted({path for folder in ('src', 'packages', 'test', 'scripts', 'too
 LESSON_PACKAGES = ('actionlib_tutorials', 'robotont_navigation', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf',
                    'turtle_tf2')
 FORWARDERS = 'browser.py', 'demo.py', 'grade.py', 'marker_sequence.py'  # of the root: they start another package's
-CONTROLLED = 'ar_maze.py', 'drive_server.py', 'drive_shape.py'  # their controllers, without ROS, lie in the package
+CONTROLLED = 'ar_control_node.py', 'ar_maze.py', 'drive_server.py', 'drive_shape.py'  # with controllers of the package
 OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', 'actionlib', 'numpy',
               'sensor_msgs.point_cloud2'}  # and messages, the standard library, one module of the own package
 OWN_MODULES = 1
