@@ -49,7 +49,7 @@ class CameraTopics:
         if view is None:
             return
         renderer, pose = view
-        colour = renderer.render(pose, bgr=self._encoding == 'bgr8') if wants_colour or wants_points else None
+        colour: Any = renderer.render(pose, bgr=self._encoding == 'bgr8') if wants_colour or wants_points else None
         if wants_colour:
             self._colour.publish(to_image(colour, self._encoding, header))
         if depths or wants_points:
