@@ -5,7 +5,6 @@ import time
 import unittest
 
 import numpy as np
-import roslib.packages
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from diagnostic_msgs.msg import DiagnosticArray
@@ -18,7 +17,7 @@ from alvar_core import rotations
 from alvar_core.camera import default_camera
 from ar_track_alvar.conversions import matrix_of
 from rospy_support import images
-from rostest_support.common import Collected, NodeLog, Process, until
+from rostest_support.common import Collected, NodeLog, until
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
 TRACKER = '/tracker'
@@ -27,7 +26,6 @@ SIZE = 0.1  # [m] of the markers, the tracker's default
 POSITION_TOLERANCE = 0.01  # share of the distance
 ANGLE_TOLERANCE = np.radians(1.5)
 AT_THE_CAMERA = np.eye(3), np.zeros(3)
-EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'individualMarkersNoKinect') or [None])[0]
 
 CAMERA = default_camera()
 PLACED = {number: Placed(number, SIZE, rotations.facing(0.45, 1.0 + number, 0.4 * number), np.array(place))
@@ -85,7 +83,7 @@ class FakeCamera:
 
 
 class TrackerCase(unittest.TestCase):
-    """A test with a tracker that has been started, or is started by ``start``."""
+    """A test with a tracker that has been started."""
 
     tracker = TRACKER
 
@@ -94,12 +92,6 @@ class TrackerCase(unittest.TestCase):
         made = FakeCamera(**options)
         self.addCleanup(made.stop)
         return made
-
-    def start(self, *arguments):
-        """Start a tracker as a Process that ends with the test."""
-        process = Process(EXECUTABLE, *arguments)
-        self.addCleanup(process.stop)
-        return process
 
     def collected(self, topic='ar_pose_marker', kind=AlvarMarkers):
         """Return the Collected messages of a topic."""

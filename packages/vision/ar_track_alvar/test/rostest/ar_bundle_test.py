@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""createMarker, findMarkerBundlesNoKinect and trainMarkerBundle: poses, what rviz gets, moved markers, bad files."""
+"""findMarkerBundlesNoKinect and trainMarkerBundle: poses, what rviz gets, moved markers, bad files."""
 import os
-import tempfile
 
-import cv2
 import numpy as np
 import roslib.packages
 import rospy
@@ -12,13 +10,12 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from alvar_core import bundles, rotations
-from rostest_support.common import Process, release, run, until
+from rostest_support.common import run, until
 from rostest_support.marker_scenes import Placed
-from rostest_support.markers import FRAME, TRACKER, TrackerCase
+from rostest_support.markers import FRAME, TrackerCase
 
 FOLDER = os.path.join(roslib.packages.get_pkg_dir('ar_track_alvar'), 'bundles')
 BOARD, POST = (os.path.join(FOLDER, name) for name in ('board.xml', 'post.xml'))
-EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'findMarkerBundlesNoKinect') or [None])[0]
 ROTATION, POSITION = rotations.facing(0.5, 0.8, 0.3), np.array([-0.05, 0.03, 0.5])
 BOX = {8: (np.eye(3), np.zeros(3)),  # id: rotation and position of its marker; three sides
        9: (rotations.matrix_from_rpy(0, 0.7, 0), np.array([0.07, 0.0, -0.02])),
@@ -45,21 +42,6 @@ def rotation_of_box(number):
 
 class BundleTest(TrackerCase):
 
-    def test_ar_create_marker(self):
-        """Pictures, a bundle and a sheet as typed; a wrong number ends with a text."""
-        with tempfile.TemporaryDirectory() as folder:
-            for words, code, said in (('5 6', 0, ''), ('-s 4.4 -xy 0 0 8 -xy 7 0 9', 0, ''),
-                                      ('--pdf sheet.pdf 5', 0, ''),
-                                      ('-r 5 300', 2, 'createMarker: marker 300: 9 bits do not fit in a marker of')):
-                process = Process('bash', '-c', f'cd "$0" && exec rosrun ar_track_alvar createMarker {words}', folder)
-                self.addCleanup(process.stop)
-                self.assertEqual(code, process.process.wait(20), process.output())
-                self.assertIn(said, process.output())
-            self.assertEqual(['MarkerData_5.png', 'MarkerData_6.png', 'MarkerData_8_9.png', 'MarkerData_8_9.xml',
-                              'sheet.pdf'], sorted(os.listdir(folder)))
-            self.assertEqual((340, 340), cv2.imread(os.path.join(folder, 'MarkerData_5.png'), 0).shape)
-            self.assertEqual((8, 9), bundles.read(os.path.join(folder, 'MarkerData_8_9.xml')).ids)
-
     def test_ar_bundles(self):
         """One pose for each visible bundle, also without its master; other markers go to rviz; a moved one is named."""
         poses, cubes, tf, log = self.collected(), self.cubes(), self.collected('/tf', TFMessage), self.log()
@@ -78,18 +60,6 @@ class BundleTest(TrackerCase):
         self.assert_poses(poses.next(), {8: placed(BOARD, 8)[0]})
         camera.show(stranger)
         self.assertEqual(FRAME, self.next_with(poses).header.frame_id)
-
-    @release
-    def test_ar_bundle_launch_file(self):
-        """All arguments of pr2_bundle_no_kinect.launch; two bundles, of one only the back is seen."""
-        away = ROTATION @ np.diag([-1.0, 1, -1])
-        back = np.array([0.1, 0.0, 0.5])
-        poses = self.collected('/bundles/ar_pose_marker')
-        self.camera(topic='/cam/image', info_topic='/cam/info').show(
-            *placed(BOARD, 9, 11), *placed(POST, 2, rotation=away, position=back))
-        message = self.next_with(poses, 0, 8)
-        self.assert_poses(message, {8: placed(BOARD, 8)[0],
-                                    0: placed(POST, 0, rotation=away, position=back)[0]})
 
     def test_ar_training(self):
         """pr2_train.launch: three sides of a box are learnt from images, one marker is missing; the file has it."""
@@ -122,26 +92,6 @@ class BundleTest(TrackerCase):
         with open(path, 'w', encoding='utf-8') as file:
             file.write('<multimarker markers="1">')
         self.assertIn('not XML', ask('load').message)
-
-    @release
-    def test_ar_bundle_command_line(self):
-        """The deprecated form; files and arguments that cannot be used end with a text."""
-        form = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', f'/{FRAME}']
-        cases = ((form, 1, '6 arguments are given; at least 7 are needed\nUsage: findMarkerBundlesNoKinect SIZE_CM'),
-                 ([f'_output_frame:={FRAME}'], 2, 'bundle_files must be set: the XML files'),
-                 ([*form, BOARD, '/no.xml'], 2, 'bundle file /no.xml cannot be read: No such file or directory'),
-                 ([*form, os.path.abspath(__file__)], 2, 'ar_bundle_test.py: not XML: '))
-        processes = [Process(EXECUTABLE, *words, f'__name:=case{number}') for number, (words, _, _) in enumerate(cases)]
-        good = Process(EXECUTABLE, *form, BOARD, f'__name:={TRACKER[1:]}')
-        for process in (good, *processes):
-            self.addCleanup(process.stop)
-        self.camera(topic='/cam/image', info_topic='/cam/info').show(*placed(BOARD, 8, 10))
-        self.assert_poses(self.next_with(self.collected(), 8), {8: placed(BOARD, 8)[0]})
-        for process, (words, code, said) in zip(processes, cases):
-            until(lambda process=process: not process.runs(), f'the end with {words}')
-            self.assertEqual(code, process.process.returncode, process.output())
-            self.assertIn(said, process.output())
-            self.assertNotIn('Traceback', process.output())
 
 
 if __name__ == '__main__':

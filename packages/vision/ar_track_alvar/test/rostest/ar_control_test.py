@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""The tracker's interface, its switches and parameters, how it starts, ends, and outlives a master."""
-import sys
+"""The tracker's interface, its switches, parameters and services."""
 
 import dynamic_reconfigure.client
 import numpy as np
@@ -13,7 +12,6 @@ from std_srvs.srv import Trigger
 from rospy_support import images
 from rostest_support.common import registered_names, run, until
 from rostest_support.markers import PLACED, TRACKER, TrackerCase, stays_away
-from rostest_support.masters import restart_master, start_master
 
 PUBLISHED = {'/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers',
              '/visualization_marker': 'visualization_msgs/Marker', '/tf': 'tf2_msgs/TFMessage',
@@ -26,8 +24,6 @@ DEFAULTS = {'enabled': True, 'max_frequency': 8.0, 'marker_size': 10.0, 'max_new
 
 
 class ControlTest(TrackerCase):
-    master = None  # a Process, where the test has a master of its own
-
     def client(self):
         """Return a dynamic_reconfigure client of the tracker."""
         made = dynamic_reconfigure.client.Client(self.tracker, timeout=20)
@@ -87,38 +83,6 @@ class ControlTest(TrackerCase):
         client.update_configuration({'max_frequency': 2.0})
         self.status(lambda status: float(status.values[0].value) < 4.0, 'at most 2 images per second')
 
-    def test_ar_command_line(self):
-        """The deprecated form, short and long, with topics and frame by their place."""
-        self.camera(topic='/cam/image', info_topic='/cam/info').show(*PLACED.values())
-        for words, size in ((['5', '0.08', '0.2', '/cam/image', '/cam/info', '/camera'], 0.5),
-                            (['20', '0.08', '0.2', '/cam/image', '/cam/info', 'camera', '20', '5', '2'], 2.0)):
-            process = self.start(*words, f'__name:=tracker{words[0]}')
-            message = self.next_with(self.collected(), *PLACED)
-            for marker in message.markers:
-                self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, size * PLACED[marker.id].position)
-            process.wait_for_output('Arguments without a name are deprecated')
-            if words[0] == '20':
-                self.assertEqual(20, rospy.get_param('/tracker20/max_frequency'))
-            process.stop()
-
-    def test_ar_refuses_to_start(self):
-        """Wrong parameters and arguments: one error that says what is allowed, and an exit code."""
-        good, number = '_output_frame:=camera', 'it must be a number from'
-        cases = (([], 2, 'output_frame must be set: '),
-                 ([good, '_marker_size:=0'], 2, f'marker_size is 0; {number} 0.1 to 1000 cm'),
-                 ([good, '_marker_size:=-4.4'], 2, f'marker_size is -4.4; {number}'),
-                 ([good, '_marker_resolution:=6'], 2, 'marker_resolution: marker resolution 6: an odd number from 5'),
-                 ([good, '_marker_resolution:=33'], 2, 'marker_resolution is 33; it must be a whole number from 5 to'),
-                 ([good, '_max_frequency:=fast'], 2, f"max_frequency is 'fast'; {number} 1 to 30 Hz"),
-                 ([good, '_image_transport:=theora'], 2, "is 'theora'; it must be one of raw, compressed"),
-                 (['4.4', '0.08', '0.2'], 1, '3 arguments are given; at least 6 are needed\nUsage: individualMarkersN'))
-        processes = [self.start(*arguments, f'__name:=case{number}') for number, (arguments, _, _) in enumerate(cases)]
-        for process, (arguments, code, said) in zip(processes, cases):
-            until(lambda process=process: not process.runs(), f'the end with {arguments}')
-            self.assertEqual(code, process.process.returncode, process.output())
-            self.assertIn(said, process.output())
-            self.assertNotIn('Traceback', process.output())
-
     def test_ar_debug_image(self):
         """In colour, with a drawing on every marker, and only with a subscriber."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
@@ -158,26 +122,7 @@ class ControlTest(TrackerCase):
         self.assertGreater(int(values['images beyond max_frequency']), 5)
         self.assertEqual('0', values['images refused'])
 
-    def test_ar_master_returns(self):
-        """A master that is started anew: topics, services and parameters are there again, and pictures come."""
-        self.start('_output_frame:=camera', '__name:=tracker', '_marker_size:=20')
-        until(lambda: '/camera_image' in registered_names(TRACKER)[1], 'the tracker')
-        before = [names - {'/rosout'} for names in registered_names(TRACKER)]
-        self.master.stop()
-        ControlTest.master = restart_master()
-        until(lambda: [names - {'/rosout'} for names in registered_names(TRACKER)] == before, f'{before} again')
-        until(lambda: rospy.get_param(f'{TRACKER}/marker_size', None) == 20.0, 'the parameters')
-        poses = self.collected()
-        self.camera().show(*PLACED.values())
-        for marker in self.next_with(poses, *PLACED).markers:
-            self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, 2 * PLACED[marker.id].position)
 
 
-if __name__ == '__main__':
-    if sys.argv[1] == 'test_ar_master_returns':
-        ControlTest.master = start_master()
-    try:
-        run(ControlTest)
-    finally:
-        if ControlTest.master is not None:
-            ControlTest.master.stop()
+
+run(ControlTest)

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 from alvar_core import bundles, rotations
 from rospy_support.images import to_cloud
-from rostest_support.common import release, run
+from rostest_support.common import nightly, run
 from rostest_support.marker_scenes import Placed
 from rostest_support.markers import CAMERA, FRAME, PLACED, TrackerCase, camera_info, picture, stays_away
 
@@ -51,7 +51,7 @@ class DepthTest(TrackerCase):
         self.assertGreater(int(status['poses from image and points']), 0)
         self.assertEqual('0', status['poses from the image alone'])
 
-    @release
+    @nightly
     def test_ar_depth_without_points(self):
         """Without points, as in the blind zone, the poses come from the image, and a warning says so."""
         poses, log = self.collected(), self.log()
@@ -68,7 +68,7 @@ class DepthTest(TrackerCase):
         self.assert_pose(found.pose.pose, marker.rotation, 2 * marker.position)
         log.wait(Log.WARN, r'The points of marker 100 contradict the image: they show it 20\.\d cm wide .* 10\.0 cm.*')
 
-    @release
+    @nightly
     def test_ar_depth_bad_clouds(self):
         """Clouds that cannot be used are refused with the reason; then all is well again."""
         camera, poses = self.show(points_of(*PLACED.values()), *PLACED.values()), self.collected()

@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import rospy
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import CompressedImage
 from std_srvs.srv import Trigger
 
 from alvar_core.camera import Camera
@@ -12,22 +13,17 @@ from rospy_support import images
 from rostest_support.common import run, until
 from rostest_support.markers import CAMERA, PLACED, TRACKER, TrackerCase, camera_info, picture, stays_away
 
-NAN = float('nan')
-
 
 class InputTest(TrackerCase):
 
-    def test_ar_no_picture(self):
-        """It names the topic that it waits for, and those that there are instead."""
-        log = self.log()
-        self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
+    def test_ar_missing_input(self):
+        """No image: the topics that there are instead are named. No camera_info: no poses, until it comes."""
+        log, poses = self.log(), self.collected()
+        other = self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
         log.wait(Log.WARN, r'no image received for \d+ s\. /camera_image: no node publishes it\. Topics of type '
                  r'sensor_msgs/Image: /other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
         self.status(lambda status: status.level == status.WARN and 'no image' in status.message, 'a warning')
-
-    def test_ar_no_camera_info(self):
-        """Pictures alone: no poses, a warning that names the topic; poses as soon as there is a camera_info."""
-        log, poses = self.log(), self.collected()
+        other.stop()
         camera = self.camera().show(*PLACED.values())
         info, camera.info = camera.info, None
         log.wait(Log.WARN, r'no camera_info received for \d+ s\. /camera_info: .*')
@@ -39,22 +35,16 @@ class InputTest(TrackerCase):
         self.assert_poses(self.next_with(poses, *PLACED))
 
     def test_ar_bad_camera_info(self):
-        """K of zeros, NaN, another size: each refused with its reason, nothing is published; then all is well again."""
+        """Refused with its reason, nothing is published; then all is well again."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
         self.assert_poses(self.next_with(poses, *PLACED))
         log, good = self.log(), camera.info
-        zero, nan, small, unknown = (copy.deepcopy(good) for _ in range(4))
-        zero.K, nan.K = [0.0] * 9, [NAN] * 9
-        small.width, small.height = 320, 240
-        unknown.distortion_model, unknown.D = 'pinhole', [0.1]
-        for info, said in ((zero, 'K is .*0.0.* fx and fy must be above 0'), (nan, 'K is .*nan'),
-                           (small, 'the image has 640x480 pixels, camera_info is for 320x240'),
-                           (unknown, "distortion_model is 'pinhole'; known are: plumb_bob")):
-            camera.info = info
-            status = self.status(lambda status, said=said: said.split(' is ')[0].split('.*')[0] in status.message, said)
-            self.assertRegex(status[''], f'^/camera_info: {said}')
-            self.assertTrue(stays_away(poses), said)
-            log.wait(Log.WARN, f'/camera_info: {said}.*')
+        camera.info = copy.deepcopy(good)
+        camera.info.width, camera.info.height = 320, 240
+        reason = '/camera_info: the image has 640x480 pixels, camera_info is for 320x240'
+        self.status(lambda status: status.message.startswith(reason), reason)
+        self.assertTrue(stays_away(poses))
+        log.wait(Log.WARN, f'{reason}.*')
         camera.info = good
         self.assert_poses(self.next_with(poses, *PLACED))
 
@@ -78,35 +68,41 @@ class InputTest(TrackerCase):
         poses.next(lambda message: len(message.markers) == 3 and message.markers[0].confidence <= 50, 'a doubtful pose')
 
     def test_ar_encodings(self):
-        """Every kind of encoding gives the same poses; those that are none are refused by name."""
+        """Colours and a Bayer pattern give the same poses; an unknown encoding is refused by name."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
         grey = picture(*PLACED.values())
-        for encoding, array in (('rgb8', np.repeat(grey[..., None], 3, 2)), ('bgra8', np.repeat(grey[..., None], 4, 2)),
-                                ('mono16', grey.astype(np.uint16) << 8), ('bayer_rggb8', grey),
-                                ('yuv422', np.stack([np.full_like(grey, 128), grey], 2))):
+        for encoding, array in (('rgb8', np.repeat(grey[..., None], 3, 2)), ('bayer_rggb8', grey)):
             camera.image = images.to_image(array, encoding)
             until(lambda encoding=encoding: poses.more(2), encoding)
             self.assert_poses(self.next_with(poses, *PLACED))
-        for encoding in ('32FC1', 'rgb9', ''):
-            camera.image = images.to_image(grey)
-            camera.image.encoding = encoding
-            status = self.status(lambda status, name=encoding: f"'{name}'" in status.message, encoding)
-            self.assertRegex(status[''], f"^/camera_image: encoding '{encoding}' is unknown; the known ones are: ")
-            self.assertTrue(stays_away(poses), encoding)
+        camera.image = images.to_image(grey)
+        camera.image.encoding = 'rgb9'
+        status = self.status(lambda status: "'rgb9'" in status.message, 'rgb9')
+        self.assertRegex(status[''], "^/camera_image: encoding 'rgb9' is unknown; the known ones are: ")
+        self.assertTrue(stays_away(poses))
         camera.image = images.to_image(grey)
         self.assert_poses(self.next_with(poses, *PLACED))
 
+    def test_ar_compressed_and_rectified(self):
+        """The topic below the remapped one; of a topic image_rect_color, P describes the images, D the raw ones."""
+        self.tracker = '/compressed/compressed'
+        poses = self.collected('compressed/ar_pose_marker')
+        camera = self.camera(topic='compressed/cam/image_rect_color/compressed',
+                             info_topic='compressed/camera_info', kind=CompressedImage).show(*PLACED.values())
+        camera.info.D, camera.info.K = [-0.4, 0.1, 0.0, 0.0, 0.0], [2.0 * value for value in camera.info.K]
+        self.assert_poses(self.next_with(poses, *PLACED))
+        log = self.log()
+        camera.image.data = camera.image.data[:-1000]
+        log.wait(Log.WARN, '/compressed/cam/image_rect_color: a compressed image .* cannot be decoded: it is cut off')
+
     def test_ar_cut_off_pictures(self):
-        """Too few bytes, no pixels, a step that is too small: refused and counted; then poses again."""
+        """Too few bytes: refused and counted; then poses again."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
         good = camera.image
-        for fields, said in (({'data': good.data[:1000]}, 'has 1000 bytes of data, 307200 are needed'),
-                             ({'width': 0}, '0x480 pixels has no pixels'), ({'step': 5}, 'step is 5 bytes')):
-            camera.image = copy.copy(good)
-            for name, value in fields.items():
-                setattr(camera.image, name, value)
-            status = self.status(lambda status, said=said: said in status.message, said)
-            self.assertGreater(int(status['images refused']), 0)
+        camera.image = copy.copy(good)
+        camera.image.data = good.data[:1000]
+        status = self.status(lambda status: 'has 1000 bytes of data, 307200 are needed' in status.message, 'a refusal')
+        self.assertGreater(int(status['images refused']), 0)
         camera.image = good
         self.assert_poses(self.next_with(poses, *PLACED))
 

@@ -9,12 +9,11 @@ import numpy as np
 import roslib.packages
 import rospy
 import yaml
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import Empty
 
-from rostest_support.common import Collected, Process, SimulatorCase, proxy, registered_names, release, run, until
+from rostest_support.common import Collected, Process, SimulatorCase, nightly, proxy, registered_names, run
 
 NODE = (roslib.packages.find_node('usb_cam', 'usb_cam_node') or [None])[0]
 WIDTH, HEIGHT = 64, 48  # [px]
@@ -159,7 +158,7 @@ class UsbCamTest(SimulatorCase):
         self.assertEqual({0.0}, set(self.info().K))
         node.wait_for_output(f'The calibration {other} is for images of 80x48 .*; these are 64x48')
 
-    @release
+    @nightly
     def test_usb_cam_set_camera_info(self):
         """The new calibration is used at once, written, and read by the next node; nonsense changes nothing."""
         self.put('a.png', 1)
@@ -182,7 +181,7 @@ class UsbCamTest(SimulatorCase):
         node.wait_for_output(f'camera calibration: {path}')
         self.assertEqual(K, list(self.info().K))
 
-    @release
+    @nightly
     def test_usb_cam_missing_device(self):
         """A device that is not there is named with those that are; the node lives and works when it is there."""
         path = os.path.join(self.folder, 'video7')
@@ -220,7 +219,7 @@ class UsbCamTest(SimulatorCase):
         os.rename(f'{self.folder}2', self.folder)
         images.more(2)
 
-    @release
+    @nightly
     def test_usb_cam_stopped_subscriber(self):
         """A subscriber that stops reading takes nothing from another one, nor from the services."""
         self.put('a.png', plain(1, 640, 480))
@@ -235,19 +234,6 @@ class UsbCamTest(SimulatorCase):
                 proxy('/usb_cam/stop_capture', Empty)()
             finally:
                 other.process.send_signal(signal.SIGCONT)
-
-    @release
-    def test_usb_cam_simulated_time(self):
-        """With use_sim_time stamps are those of /clock, and nothing is stamped zero."""
-        self.put('a.png', 1)
-        node = self.start(self.folder)
-        images = self.images()
-        node.wait_for_output('use_sim_time is true, but there is no time on /clock yet')
-        self.assertEqual([], images.messages)
-        clock = rospy.Publisher('/clock', Clock, queue_size=1, latch=True)
-        clock.publish(rospy.Time(1234))
-        until(lambda: images.messages, 'a picture')
-        self.assertEqual({rospy.Time(1234)}, {image.header.stamp for image in images.messages})
 
     def test_usb_cam_launch(self):
         """The launch file with its own names: /usb_cam, and the frame usb_cam."""
