@@ -13,7 +13,16 @@ import subprocess
 import pytest
 
 from rospy_support.parameters import Boolean, Computed, Integer, Number, Numbers, Table, Text
-from rostest_support.node_pages import NAME_COLUMNS, PAGES, PARAMETER_COLUMNS, names, page_of, sections, table
+from rostest_support.node_pages import (
+    NAME_COLUMNS,
+    PAGES,
+    PARAMETER_COLUMNS,
+    names,
+    page_of,
+    page_path,
+    sections,
+    table,
+)
 from turtle_robotont import params
 from turtle_robotont.driving import shapes
 from turtle_robotont.markers.sightings import AXES
@@ -181,7 +190,7 @@ def test_launch_file_is_mentioned(launch_file):
 
 
 def test_every_stand_in_with_nodes_is_in_the_readme():
-    packages = {package_of(script) for script in SCRIPTS} - {REPOSITORY}
+    pages = {page_path(script) for script in SCRIPTS} - {PAGES[REPOSITORY]}
     linked = set(re.findall(r'\(([^)]+)\)', README))
     for name, page in (('docs/programs.md', PROGRAMS_PAGE), ('docs/browser.md', BROWSER_PAGE)):
         if name in linked:
@@ -189,7 +198,7 @@ def test_every_stand_in_with_nodes_is_in_the_readme():
     for room in [link for link in linked if re.fullmatch(r'packages/\w+/README\.md', link)]:
         page = (REPOSITORY / room).read_text(encoding='utf-8')
         linked |= {os.path.join(os.path.dirname(room), link) for link in re.findall(r'\(([^)]+)\)', page)}
-    assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= linked
+    assert {str(page.relative_to(REPOSITORY)) for page in pages} <= linked
 
 
 def test_commands_are_described():

@@ -30,6 +30,11 @@ def names(text):
     return {(row['name'].strip('`'), row['kind'], row['type']) for row in table(text, NAME_COLUMNS)}
 
 
+def page_path(script):
+    """Return the page that describes a script: that of its package, or of several packages together."""
+    package = script.parents[1]
+    return PAGES.get(package) or PAGES[package.parent]
+
+
 def page_of(script):
-    """Return the text of the page that describes a script, which lies in its package's folder scripts."""
-    return PAGES[script.parents[1]].read_text(encoding='utf-8')
+    return page_path(script).read_text(encoding='utf-8')

@@ -12,7 +12,7 @@ import pytest
 from course_page import panels
 
 RQT = pathlib.Path(__file__).resolve().parents[3] / 'rqt'
-FOLDERS = sorted(RQT.iterdir())
+FOLDERS = sorted(RQT.glob('rqt_*'))
 
 
 def test_every_folder_has_its_panel():
