@@ -24,7 +24,7 @@ PARAMETERS = Table(Integer('~scan_height', 1, 1, 500, 'px'), Number('~scan_time'
 class ScanNode:
     """Publishes ``scan`` while it has subscribers."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         """Read the parameters and register everything."""
         height, self._scan_time, nearest, farthest, self._frame = PARAMETERS.read()
         if nearest >= farthest:
@@ -33,7 +33,7 @@ class ScanNode:
                                             f'{farthest:g} m. Set both with _range_min:=0.45 _range_max:=10')
         self._settings = Settings(height, nearest, farthest)
         self._throttle = WallThrottle(REPEAT)
-        self._info = None
+        self._info: CameraInfo = None
         self._scan = Publisher('scan', LaserScan, queue_size=10)
         self._info_topic = info_topic(rospy.resolve_name('image'), rospy.resolve_name('camera_info'),
                                       f'{rospy.get_namespace()}camera_info')
@@ -41,10 +41,10 @@ class ScanNode:
         rospy.Subscriber('image', Image, self._on_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
         parameters.log_effective()
 
-    def _on_info(self, info):
+    def _on_info(self, info: CameraInfo) -> None:
         self._info = info
 
-    def _on_image(self, image):
+    def _on_image(self, image: Image) -> None:
         if not self._scan.get_num_connections():
             return
         info = self._info
@@ -64,7 +64,7 @@ class ScanNode:
         self._scan.publish(message)
 
 
-def info_topic(image, given, default):
+def info_topic(image: str, given: str, default: str) -> str:
     """Return the topic of camera_info for that of the images: beside it, as in image_transport, unless it is remapped.
 
     ``given`` is camera_info as it is remapped, ``default`` as it is not.
@@ -72,12 +72,12 @@ def info_topic(image, given, default):
     return given if given != default else f'{image.rpartition("/")[0]}/camera_info'
 
 
-def _camera(info):
+def _camera(info: CameraInfo) -> Camera:
     """Return the Camera of a CameraInfo; P is that of rectified images, but some drivers fill in only K."""
     return Camera(info.P[0], info.P[2], info.P[6]) if info.P[0] else Camera(info.K[0], info.K[2], info.K[5])
 
 
-def main():
+def main() -> None:
     """Run depthimage_to_laserscan."""
     nodes.init_node(NAME, PARAMETERS)
     ScanNode()

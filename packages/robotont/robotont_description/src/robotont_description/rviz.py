@@ -3,6 +3,7 @@ import argparse
 import os
 import shutil
 import sys
+from typing import Callable, List, Mapping, Optional, Sequence
 
 FIXED_FRAME = 'odom'
 
@@ -11,7 +12,8 @@ class CannotStart(Exception):
     """rviz cannot be started here; the text says what to do."""
 
 
-def command(prefix, folder, others=(), find=shutil.which, environment=os.environ, fixed_frame=None):
+def command(prefix: str, folder: str, others: Sequence[str] = (), find: Callable[[str], Optional[str]] = shutil.which,
+            environment: Mapping[str, str] = os.environ, fixed_frame: Optional[str] = None) -> List[str]:
     """Return the command line of rviz; raise CannotStart if it is not installed or there is no display.
 
     ``prefix`` is that of the frame names, ``folder`` that of robotont_description; ``others`` are further arguments.
@@ -28,7 +30,7 @@ def command(prefix, folder, others=(), find=shutil.which, environment=os.environ
     return [program, '-d', config, '-f', fixed_frame or f'{prefix}{FIXED_FRAME}', *others]
 
 
-def main(arguments=None):
+def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Replace this process by rviz."""
     parser = argparse.ArgumentParser(description='Start rviz with the configuration for a Robotont.')
     parser.add_argument('--prefix', default='', help='prefix of the names of frames, e.g. robot1/')

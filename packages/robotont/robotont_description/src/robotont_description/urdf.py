@@ -3,6 +3,7 @@ import argparse
 import os
 import sys
 import xml.etree.ElementTree as ElementTree
+from typing import Optional, Sequence, Union
 from xml.sax.saxutils import escape
 
 MODELS = {
@@ -14,7 +15,7 @@ PREFIX = '${prefix}'  # in the parts
 XACRO = '{http://ros.org/wiki/xacro}'
 
 
-def describe(model, prefix, folder):
+def describe(model: str, prefix: str, folder: Union[str, 'os.PathLike[str]']) -> str:
     """Return the URDF of a model of MODELS from the parts in ``folder``; ``prefix`` is that of links and joints."""
     robot = ElementTree.Element('robot', name='robotont')
     for part in MODELS[model]:
@@ -24,7 +25,7 @@ def describe(model, prefix, folder):
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding='unicode')
 
 
-def main(arguments=None):
+def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Print the URDF for the arguments; its parts are in the folder above that of the script."""
     parser = argparse.ArgumentParser(description='Print the URDF of a Robotont.')
     parser.add_argument('model', choices=sorted(MODELS))

@@ -25,7 +25,7 @@ WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused mess
 class DriverNode:
     """The motors and the odometry of a Robotont; ``lock`` guards its state."""
 
-    def __init__(self, frames):
+    def __init__(self, frames: parameters.Table) -> None:
         """Register everything; ``frames`` is a Table with the names of the frames of odometry and base."""
         self._odom_frame, self._base_frame = frames.read()
         self._world = RobotWorld(dt=1.0 / RATE)
@@ -36,7 +36,7 @@ class DriverNode:
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
         parameters.log_effective()
 
-    def run(self):
+    def run(self) -> None:
         """Move until shutdown."""
         rate, dt, moved_until = rospy.Rate(RATE, reset=True), self._world.dt, rospy.get_time()
         while not rospy.is_shutdown():
@@ -50,15 +50,15 @@ class DriverNode:
                     self.stepped(self._world)
                 self._publish(rospy.Time.from_sec(now))
 
-    def stepped(self, world):
+    def stepped(self, world: RobotWorld) -> None:
         """Hook for subclasses: called after each step."""
 
-    def _publish(self, stamp):
+    def _publish(self, stamp: rospy.Time) -> None:
         pose, twist = self._world.pose, self._world.twist
         self._transform.publish(TFMessage([messages.base_transform(stamp, self._odom_frame, self._base_frame, pose)]))
         self._odometry.publish(messages.odometry(stamp, self._odom_frame, self._base_frame, pose, twist))
 
-    def _command(self, twist):
+    def _command(self, twist: Twist) -> None:
         try:
             with self.lock:
                 self._world.command(twist.linear.x, twist.linear.y, twist.angular.z)

@@ -6,7 +6,7 @@ from rospy_support.parameters import Table, Text
 PARAMETERS = Table(Text('~odom_frame', 'odom', filled=True), Text('~base_frame', 'base_footprint', filled=True))
 
 
-def main():
+def main() -> None:
     """Run fake_driver_node."""
     nodes.init_node('fake_driver_node', PARAMETERS)
     reachability.watch()

@@ -4,8 +4,12 @@ Threading contract: the main thread steps: it answers all services that were cal
 and publishes. Messages on cmd_vel arrive in rospy's threads, which change the world under the lock of ``_shared``. The
 camera is a separate node (camera_node.py), because images would delay the steps.
 """
+from __future__ import annotations
+
 import contextlib
 import os
+import socket
+from typing import Any
 
 import rospkg
 import rospy
@@ -63,7 +67,7 @@ PARAMETERS = Table(
 class RobotontNode:
     """robotont_gazebo's interface on a RobotWorld."""
 
-    def __init__(self, connection=None):
+    def __init__(self, connection: socket.socket | None = None) -> None:
         """Read the parameters and register everything. Call ``init_simulator`` first.
 
         ``connection``: a socket for a ParentLink.
@@ -72,7 +76,7 @@ class RobotontNode:
         self._clock = SimulatorClock(DT, self._parent)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._warned_of_watchdog = rospy.Time(), False
-        self._moves = []  # (name of a panel, Pose2D) that the parent wants
+        self._moves: list[tuple[str, Pose2D]] = []  # (name of a panel, Pose2D) that the parent wants
         model, prefix = PARAMETERS.read('~model', '~frame_prefix')
         self._frames = frames(prefix)
         numbers = seeded_random()
@@ -102,13 +106,13 @@ class RobotontNode:
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
         parameters.log_effective()
 
-    def run(self):
+    def run(self) -> None:
         try:
             self._clock.run(self._step)
         finally:
             self._shared.end_recording()
 
-    def _step(self):
+    def _step(self) -> None:
         with self._shared.lock:
             world = self._world
             world.step()
@@ -130,7 +134,7 @@ class RobotontNode:
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
 
-    def _update_stamp(self):
+    def _update_stamp(self) -> None:
         """Store the stamp of this step. If time has jumped back, stop the robot, because its command is outdated."""
         now = rospy.Time.now()
         if now < self._stamp:
@@ -139,7 +143,7 @@ class RobotontNode:
             self._world.stop()
         self._stamp = now
 
-    def _publish_motion(self):
+    def _publish_motion(self) -> None:
         world, frame, stamp = self._world, self._frames, self._stamp
         odometry = world.odometry
         if self._transform.wanted():
@@ -155,7 +159,7 @@ class RobotontNode:
         if self._joints.wanted():
             self._joints.publish(messages.joint_states(stamp, frame.joints, world.wheel_angles, world.wheel_speeds))
 
-    def _command(self, twist):
+    def _command(self, twist: Twist) -> None:
         try:
             with self._shared.lock:
                 velocity = twist.linear.x, twist.linear.y, twist.angular.z
@@ -165,18 +169,18 @@ class RobotontNode:
             self._refusals.warn('velocity', 'Ignored a message on %s, and the robot stops: %s',
                                 rospy.resolve_name('cmd_vel'), refusal)
 
-    def _set_pose(self, request):
+    def _set_pose(self, request: Any) -> SetPoseResponse:
         with self._shared.change():
             self._put(ROBOT, Pose2D(request.x, request.y, request.yaw), request)
         return SetPoseResponse()
 
-    def _move_marker(self, request):
+    def _move_marker(self, request: Any) -> MoveMarkerResponse:
         with self._shared.change() as world:
             world.move_panel(request.name, request.x, request.y, request.yaw)
             self._publish_plan()
         return MoveMarkerResponse()
 
-    def _carry(self, x, y, yaw):
+    def _carry(self, x: float, y: float, yaw: float) -> None:
         """Carry the robot to a pose, or beside the obstacles that are there."""
         with self._shared.lock:
             free = self._world.nearest_free(x, y)
@@ -184,24 +188,25 @@ class RobotontNode:
                 self._world.carry(*free, yaw)
                 self._shared.note('teleport_absolute', *free, yaw, request=recording.PARENT)
 
-    def _move_when_free(self, name, *pose):
+    def _move_when_free(self, name: str, *pose: float) -> None:
         """Move a panel to a pose in the next step in which the robot is not there."""
         with self._shared.lock:
             self._moves.append((name, Pose2D(*pose)))
 
-    def _make_moves(self):
+    def _make_moves(self) -> None:
         for move in list(self._moves):
             with contextlib.suppress(InvalidInput):  # the robot is there
                 self._models.put(*move)
                 self._moves.remove(move)
                 self._publish_plan()
-                self._parent.panel_moved(self._world.steps, move[0])
+                if self._parent:
+                    self._parent.panel_moved(self._world.steps, move[0])
 
-    def _place(self, name, pose, frame, request):
+    def _place(self, name: str, pose: Pose2D, frame: str, request: Any) -> None:
         with self._shared.lock:
             self._put(name, self._models.in_world(pose, frame), request)
 
-    def _put(self, name, pose, request):
+    def _put(self, name: str, pose: Pose2D, request: Any) -> None:
         """Put a model at a Pose2D; the caller must hold the lock."""
         self._models.put(name, pose)
         if name == ROBOT:
@@ -209,7 +214,7 @@ class RobotontNode:
         else:
             self._publish_plan()
 
-    def _reset(self, request):
+    def _reset(self, request: Any) -> None:
         """Put the robot and all panels where they started."""
         pose, plan = self._start
         with self._shared.change():
@@ -219,14 +224,14 @@ class RobotontNode:
             self._publish_plan()
             self._put(ROBOT, pose, request)
 
-    def _publish_plan(self):
+    def _publish_plan(self) -> None:
         """Let scanner and camera see panels where they are now."""
         if self._scanner:
             self._scanner.set_plan(self._world.plan)
         self._plan.publish(world_format.to_json(self._world.plan))
 
 
-def _read_world(seed):
+def _read_world(seed: int) -> RobotWorld:
     name, x, y, yaw, watchdog, slip, noise = PARAMETERS.read('~world', '~x', '~y', '~yaw', '~watchdog', '~odom_slip',
                                                              '~odom_noise')
     start, limits = Pose2D(x, y, yaw), Limits(*(limit.read() for limit in LIMITS))
@@ -245,7 +250,7 @@ def _read_world(seed):
             'files put it at x = -x_pos') from None
 
 
-def main(connection=None):
+def main(connection: socket.socket | None = None) -> None:
     """Run robotont_gazebo; ``connection``: that of a ParentLink."""
     require_alone(NAME, 'odom', WORLD)
     init_simulator(NAME, PARAMETERS)

@@ -4,6 +4,7 @@ Threading contract: rospy's threads store commands; the main thread steps and pu
 """
 import math
 import threading
+from typing import Tuple
 
 import rospy
 import tf2_ros
@@ -28,7 +29,7 @@ LARGEST = 100.0  # [m/s, rad/s] of a command
 class Driver:
     """Publishes ``odom``, ``joint_states`` and ``/tf``."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         """Read the parameters and register everything; raise ParameterError."""
         sim, self._rate = PARAMETERS.read('~sim', '~rate')
         if not sim:
@@ -44,26 +45,26 @@ class Driver:
             rospy.logerr('These controllers do nothing here: %s. Only the type %s is there.', ', '.join(others), BASE)
         settings = next(iter(bases.values()), None)
         self._base = None if settings is None else Base(settings.get('timeout', TIMEOUT))
-        self._frames = [(settings or {}).get(f'{name}_frame_id', default)
-                        for name, default in (('odom', 'odom'), ('base', 'base_link'))]
+        frames = settings or {}
+        self._odom, self._frame = frames.get('odom_frame_id', 'odom'), frames.get('base_frame_id', 'base_link')
         self._states = Publisher('joint_states', JointState, queue_size=1)
         if self._base:
             self._odometry = Publisher('odom', Odometry, queue_size=1)
             self._broadcaster = tf2_ros.TransformBroadcaster()
-            rospy.Subscriber('cmd_vel', Twist, self._on_velocity, queue_size=1)
+            rospy.Subscriber('cmd_vel', Twist, self._on_velocity, self._base, queue_size=1)
         for name, joint in self._joints.items():
             rospy.Subscriber(f'{name}/command', Float64, self._on_angle, callback_args=(name, joint), queue_size=1)
         parameters.log_effective()
 
-    def _on_velocity(self, message):
+    def _on_velocity(self, message: Twist, base: Base) -> None:
         speeds = message.linear.x, message.angular.z
         if not all(abs(speed) <= LARGEST for speed in speeds):  # NaN is not
             self._throttle.warn('cmd_vel', 'cmd_vel: %s is ignored, must be at most %g', speeds, LARGEST)
             return
         with self._lock:
-            self._base.command(*speeds)
+            base.command(*speeds)
 
-    def _on_angle(self, message, named):
+    def _on_angle(self, message: Float64, named: Tuple[str, Joint]) -> None:
         name, joint = named
         if not math.isfinite(message.data):
             self._throttle.warn(name, '%s/command: %s is ignored, must be a number', name, message.data)
@@ -73,7 +74,7 @@ class Driver:
         if not within:
             self._throttle.warn(name, '%s/command: %g rad is out of range, %g is taken', name, message.data, joint.goal)
 
-    def run(self):
+    def run(self) -> None:
         """Step and publish until the shutdown."""
         rate = rospy.Rate(self._rate)
         before = rospy.Time.now()
@@ -87,7 +88,7 @@ class Driver:
                 self._step(now, (now - before).to_sec())
                 before = now
 
-    def _step(self, now, dt):
+    def _step(self, now: rospy.Time, dt: float) -> None:
         with self._lock:
             for joint in self._joints.values():
                 joint.step(dt)
@@ -101,11 +102,11 @@ class Driver:
         if names:
             self._states.publish(joint_states(now, names, angles, speeds))
         if self._base:
-            self._odometry.publish(odometry(now, *self._frames, pose, twist))
-            self._broadcaster.sendTransform(base_transform(now, *self._frames, pose))
+            self._odometry.publish(odometry(now, self._odom, self._frame, pose, twist))
+            self._broadcaster.sendTransform(base_transform(now, self._odom, self._frame, pose))
 
 
-def main():
+def main() -> None:
     """Run arbotix_driver."""
     nodes.init_node('arbotix', PARAMETERS)
     Driver().run()

@@ -3,7 +3,10 @@
 Threading contract: one of rospy's threads handles the true poses, another one ``initialpose``; ``_lock`` guards the
 offset between them.
 """
+from __future__ import annotations
+
 import threading
+from typing import Any
 
 import rospy
 import tf2_ros
@@ -30,14 +33,14 @@ WARNING_PERIOD = 10.0  # [s] of wall time
 class FakeLocalization:
     """Publishes ``amcl_pose``, ``particlecloud`` and the transform from the map to the odometry."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         """Read the parameters and register everything."""
         self._odom, self._base, self._map, self._tolerance, *delta = PARAMETERS.read(
             '~odom_frame_id', '~base_frame_id', '~global_frame_id', '~transform_tolerance', '~delta_x', '~delta_y',
             '~delta_yaw')
         self._lock = threading.Lock()
         self._offset = relative(ORIGIN, Pose2D(*delta))  # of the frame of the true poses in the map
-        self._truth = None
+        self._truth: Pose2D | None = None
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
@@ -48,7 +51,7 @@ class FakeLocalization:
         rospy.Subscriber('base_pose_ground_truth', Odometry, self._on_truth, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose, queue_size=1)
 
-    def _on_truth(self, message):
+    def _on_truth(self, message: Odometry) -> None:
         with self._lock:
             self._truth = _plane(message.pose.pose.position, message.pose.pose.orientation)
             pose = compose(self._offset, self._truth)
@@ -63,14 +66,14 @@ class FakeLocalization:
                                                        odometry))
         self._publish(pose, stamp)
 
-    def _on_initial_pose(self, message):
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         """Take over the pose that a user gives: this moves the map, not the robot."""
         given = _plane(message.pose.pose.position, message.pose.pose.orientation)
         with self._lock:
             if self._truth is not None:
                 self._offset = compose(given, relative(ORIGIN, self._truth))
 
-    def _publish(self, pose, stamp):
+    def _publish(self, pose: Pose2D, stamp: rospy.Time) -> None:
         estimate = PoseWithCovarianceStamped()
         estimate.header.stamp, estimate.header.frame_id = stamp, self._map
         message = estimate.pose.pose
@@ -80,11 +83,11 @@ class FakeLocalization:
         self._cloud.publish(PoseArray(header=estimate.header, poses=[message]))
 
 
-def _plane(position, orientation):
+def _plane(position: Any, orientation: Any) -> Pose2D:
     return Pose2D(position.x, position.y, yaw_of(orientation))
 
 
-def main():
+def main() -> None:
     """Run fake_localization."""
     nodes.init_node('fake_localization', PARAMETERS)
     FakeLocalization()

@@ -148,7 +148,7 @@ class Number(_Ranged):
     """
 
     name: str
-    default: float
+    default: 'float | str'  # the word ``infinite``
     minimum: float = -math.inf
     maximum: float = math.inf
     unit: str = ''
