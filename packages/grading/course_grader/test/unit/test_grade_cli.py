@@ -237,12 +237,6 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     assert 'file/x cannot be written: Not a directory. Choose another folder with --output' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('used, flooded', [(2.0, False), (4.0, True)])
-def test_threads_of_calls_that_have_ended_flood_a_simulator_too(used, flooded):
-    assert attempt._flooded({}, {'1': (1.5, 4.0), '2': (0.1, 9.0)}, 10.0, used) is flooded
-    assert attempt._flooded({}, {}, 10.0, used) is False  # the simulator has ended
-
-
 @pytest.mark.parametrize('arguments, variable, address', [
     ([], None, None), (['--report', 'http://a/b'], None, 'http://a/b'), ([], 'http://a/c', 'http://a/c')])
 def test_nothing_is_reported_unless_the_student_asks_for_it(monkeypatch, arguments, variable, address):

@@ -112,7 +112,7 @@ def called(node, text):
 def test_call_of_another_process_changes_nothing_and_is_told(node, call, method):
     guard = Guard()
     assert '-1' in called(node, call) and node.done == []
-    assert f'called {method} of a node of the grader' in guard.refused() == guard.refused()
+    assert f'called {method} of a node of the grader' in guard.refused().text
 
 
 def test_own_and_trusted_processes_call_and_everybody_asks(node):
@@ -120,13 +120,13 @@ def test_own_and_trusted_processes_call_and_everybody_asks(node):
     own = xmlrpc.client.ServerProxy(node.uri)
     own.publisherUpdate('/master', '/clock', [])
     called(node, 'node.getPid("/x")')
-    assert node.done == ['publisherUpdate', 'getPid'] and guard.refused() == ''
+    assert node.done == ['publisherUpdate', 'getPid'] and guard.refused() is None
 
 
 def test_call_of_another_user_is_refused_and_not_the_fault_of_the_program(node):
     guard = Guard(user=os.getuid() + 1)
     called(node, 'node.shutdown("/x", "bye")')
-    assert node.done == [] and guard.refused() == ''
+    assert node.done == [] and guard.refused() is None
 
 
 @pytest.fixture
@@ -139,7 +139,7 @@ def of_somebody_else(guarded, monkeypatch):
 def test_connection_of_somebody_else_is_closed(node, of_somebody_else):
     with pytest.raises((ConnectionError, http.client.HTTPException)):
         xmlrpc.client.ServerProxy(node.uri).getPid('/x')
-    assert node.done == [] and of_somebody_else.refused() == ''
+    assert node.done == [] and of_somebody_else.refused() is None
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from course_grader import cli
 from course_grader.attempt import service_types
-from course_grader.attempt.attempt import Attempt
+from course_grader.attempt.simulation import Simulation
 from course_grader.rules import exercise, random_stimuli
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
@@ -48,10 +48,8 @@ def read(content):
 
 def arguments(made, seed, folder='/tmp'):
     """Return {name: value} of the private parameters with which the grader starts the simulator."""
-    attempt = SimpleNamespace(exercise=made, _job=SimpleNamespace(seed=seed), _record='record.csv',
-                              _policy=SimpleNamespace(lockstep=True))
-    given_ = [argument.partition(':=') for argument in Attempt._simulator_arguments(attempt, folder)
-              if argument.startswith('_')]
+    simulation = Simulation(SimpleNamespace(exercise=made, seed=seed, output=''), lockstep=True)
+    given_ = [argument.partition(':=') for argument in simulation._arguments(folder) if argument.startswith('_')]
     return {f'~{name[1:]}': yaml.safe_load(text) for name, _, text in given_}
 
 

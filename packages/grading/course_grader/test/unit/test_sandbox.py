@@ -132,8 +132,8 @@ time.sleep(1000)
     with sandbox.Sandbox(tmp_path / 'box', os.environ, isolation=few) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.exit_code() is not None)
-        assert student.trouble() == ('the program exceeded a limit: processes and threads at a time: 20 '
-                                     '(--max-processes)')
+        assert student.problem() == (
+            'the program exceeded a limit: processes and threads at a time: 20 (--max-processes)',)
         until(lambda: not any(alive(int(line.text)) for line in student.lines))  # before the sandbox is closed
 
 
@@ -152,7 +152,7 @@ def test_a_traceback_is_explained(tmp_path):
 ])
 def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
     student = ended(tmp_path, write(tmp_path, text))
-    assert bool(student.trouble()) is bool(trouble) and trouble in student.trouble()
+    assert trouble in student.problem().text if trouble else student.problem() is None
 
 
 def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from course_grader.rules import exercise, rules_driving, rules_output, scoring, symptoms
-from course_grader.rules.observation import Call, Event, Observed, OutputLine, ShownMarkers
+from course_grader.rules.observation import Call, Event, Observed, OutputLine, Problem, ShownMarkers
 from plain_support import course
 from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
@@ -332,7 +332,7 @@ def test_lines_of_a_level_with_what_belongs_to_another(wrong, share):
 
 def test_what_cannot_work_scores_nothing():
     def act(turtle):
-        turtle.observed.trouble = 'SyntaxError in line 3'
+        turtle.observed.problem = Problem('SyntaxError in line 3')
     decided = graded('publish_circle', act)
     assert (decided.outcome, decided.score, decided.objections) == ('failed', 0.0, ['SyntaxError in line 3'])
 

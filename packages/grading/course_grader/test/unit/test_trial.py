@@ -2,14 +2,11 @@
 import os
 import subprocess
 import sys
-import types
 
 import pytest
 
-from course_grader.attempt import attempt
 from course_grader.isolation import levels, limits, sandbox, trial, view
 from course_grader.isolation.confinement import Isolation
-from course_grader.rules.observation import Observed, OutputLine
 from rostest_support.waiting import until
 
 ROOT = pytest.mark.skipif(os.geteuid() != 0, reason='only root gives programs another user')
@@ -113,89 +110,3 @@ def test_what_only_root_can_read_runs_as_another_user(tmp_path, level, umask):
         student.drain()
         assert [line.text for line in student.lines] == ['read'] and student.exit_code() == 0
     assert sorted(os.listdir(own / 'out')) == []
-
-
-def an_attempt(tmp_path, trouble, answer, level=levels.NAMESPACE):
-    """Return an Attempt whose trials end with an (exit code, output), a Student that has failed, and what was tried."""
-    made = object.__new__(attempt.Attempt)
-    asked = []
-    box = types.SimpleNamespace(user=60710, seen=lambda: [], disk_used=lambda: 0.0)
-    made.observed, made._deadline, made._box = Observed(trouble=trouble), float('inf'), box
-    made._job = types.SimpleNamespace(isolation=Isolation(level), output=str(tmp_path))
-    made._kills_before = 0
-
-    def start(_box, modules, most=None):
-        asked.append((modules, most is not None))
-        return types.SimpleNamespace(exit_code=lambda: answer[0], end=lambda: None, drain=lambda: None,
-                                     last_output=lambda: answer[1])
-    made._start_trial = start
-    student = types.SimpleNamespace(exceeded_limit=lambda: '', lines=[OutputLine(0.0, trouble)], end=lambda: None,
-                                    exit_code=lambda: 1, memory=lambda: 100.0)
-    return made, student, asked
-
-
-@pytest.mark.parametrize('trouble, asked', [
-    ("exit code 1: ImportError: cannot import name 'Pose' from 'turtlesim.msg' (unknown location)", [([*POSE], False)]),
-    ("exit code 1: RuntimeError: can't start new thread", [([], True)])])
-def test_the_machine_is_blamed_only_if_a_program_of_the_grader_fails_too(tmp_path, trouble, asked):
-    made, student, done = an_attempt(tmp_path, trouble, (0, ''))
-    made._blame_machine(made._box, student)
-    assert done == asked
-    made, student, _ = an_attempt(tmp_path, trouble, (1, 'import turtlesim.msg: ImportError: no'))
-    with pytest.raises(attempt.MachineError, match='this machine is the cause, and not the program'):
-        made._blame_machine(made._box, student)
-
-
-@pytest.mark.parametrize('trouble, limit', [
-    ('', ''), ("exit code 1: NameError: name 'cv2' is not defined", ''),
-    ("exit code 1: RuntimeError: can't start new thread", 'the program exceeded a limit: processes')])
-def test_other_failures_are_not_tried(tmp_path, trouble, limit):
-    made, student, asked = an_attempt(tmp_path, trouble, (1, 'no'))
-    student.exceeded_limit = lambda: limit
-    made._blame_machine(made._box, student)
-    assert asked == []
-
-
-@pytest.mark.parametrize('code, kills, memory, blamed', [
-    (-9, 1, 100.0, True), (137, 1, 100.0, True), (-9, 0, 100.0, False), (-9, 1, 1500.0, False), (1, 1, 100.0, False)])
-def test_a_machine_without_memory(tmp_path, monkeypatch, code, kills, memory, blamed):
-    made, student, _ = an_attempt(tmp_path, f'the program ended with exit code {code}', (0, ''))
-    student.exit_code, student.memory = lambda: code, lambda: memory
-    monkeypatch.setattr(attempt, '_kills_for_memory', lambda: kills)
-    if blamed:
-        with pytest.raises(attempt.MachineError, match='has no memory left: its kernel ended the program'):
-            made._blame_machine(made._box, student)
-    else:
-        made._blame_machine(made._box, student)
-
-
-@pytest.mark.parametrize('level, free, written, said', [
-    (levels.NAMESPACE, 10 ** 9, 0.0, ''), (levels.NAMESPACE, 0, 0.0, 'is full: make room there, or choose'),
-    (levels.UID, 0, 1.0, 'is full: make room there'), (levels.UID, 0, 90.0, 'the program filled the disk')])
-def test_a_full_disk(tmp_path, monkeypatch, level, free, written, said):
-    made, _, _ = an_attempt(tmp_path, '', (0, ''), level)
-    made._box.disk_used = lambda: written
-    monkeypatch.setattr(attempt.shutil, 'disk_usage', lambda path: types.SimpleNamespace(free=free))
-    try:
-        made._check_disk()
-    except attempt.MachineError as error:
-        assert said and said in str(error) and 'program' not in said
-    else:
-        assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
-
-
-@pytest.mark.parametrize('most, said', [(100, 'a process may open only 100 files here'), (2000, '')])
-def test_few_files(most, said):
-    program = ('import resource\nfrom course_grader.attempt import attempt\n'
-               'try:\n    attempt._allow_files()\n    print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])\n'
-               'except attempt.MachineError as error:\n    print(error)\n')
-    ended = subprocess.run(['prlimit', f'--nofile=60:{most}', sys.executable, '-c', program], stdout=subprocess.PIPE,
-                           text=True, check=True)
-    assert ended.stdout.startswith(said or str(attempt.MANY_FILES))
-
-
-def test_the_reason_of_a_simulator_that_does_not_start_is_told(tmp_path):
-    made, _, _ = an_attempt(tmp_path, '', (0, ''))
-    (tmp_path / 'simulator.txt').write_text('Starting\n[ERROR] parameter /turtlesim/start is [20, 5, 0]\n\n')
-    with pytest.raises(attempt.AttemptError, match=r'code 2, see simulator.txt: \[ERROR\] parameter /turtlesim/start'):
-        made._until(lambda: False, types.SimpleNamespace(poll=lambda: 2), 'simulator')

@@ -30,6 +30,7 @@ for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
 lockstep.master_poll = 0.0  # of WakingPool; also in the simulators, which are forked from here
+POLL = 0.02  # [s] of wall time between two looks at processes, in an attempt
 MASTER_POLL = 0.1  # [s] between two checks whether a call has shut the master down
 REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 

@@ -14,6 +14,7 @@ Threads: all but ``refused`` run in those of connections, in this process and in
 import contextlib
 import os
 
+from course_grader.rules.observation import Problem
 from plain_support import sockets
 from rospy_support import rospy_internals
 from rospy_support.inbound import SocketWatch
@@ -33,7 +34,7 @@ class Guard:
         """``user``: the user id of the program; None: every process that is not our own counts as the program's."""
         self._own, self._user = {os.getpid()}, user
         self._told, self._reports = os.pipe()
-        self._refused = ''
+        self._refused = None
         for end in (self._told, self._reports):
             os.set_blocking(end, False)
         SlaveServer.allows = staticmethod(self.allows)
@@ -74,10 +75,10 @@ class Guard:
         return peer is not None and peer.user in (self._user, os.geteuid())
 
     def refused(self):
-        """Return what the program tried and may not, as a text, or ''."""
+        """Return the Problem of a program that tried what it may not, or None."""
         with contextlib.suppress(BlockingIOError):
             method = os.read(self._told, LONGEST).decode().partition('\n')[0]
-            self._refused = self._refused or (
+            self._refused = self._refused or Problem(
                 f'the program called {method} of a node of the grader or the simulator, to {WHAT[method]}: leave the '
                 'nodes of others alone')
         return self._refused

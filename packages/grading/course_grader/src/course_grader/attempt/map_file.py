@@ -7,7 +7,7 @@ import os
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
 from course_grader.rules import random_stimuli, scoring, symptoms
-from course_grader.rules.observation import Observed, Sample
+from course_grader.rules.observation import Observed, Problem, Sample
 from course_grader.supervision.job import Attempted
 from kinematic_core.worlds import world_format
 from navigation_core.maps import map_files
@@ -23,7 +23,7 @@ def grade(job):
     try:
         observed.map = read(os.path.join(job.folder, job.command[0]))
     except MapError as error:
-        observed.trouble = str(error)
+        observed.problem = Problem(str(error))
     return Attempted(symptoms.advise(job.exercise, observed, scoring.decide(job.exercise, observed)), observed)
 
 

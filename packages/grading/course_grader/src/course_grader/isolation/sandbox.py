@@ -23,7 +23,7 @@ import psutil
 
 from course_grader.isolation import confinement, levels, limits, student_files, view
 from course_grader.isolation.confinement import NO_ISOLATION, Isolation
-from course_grader.rules.observation import OutputLine
+from course_grader.rules.observation import OutputLine, Problem
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from plain_support import processes
@@ -350,19 +350,19 @@ class Student:
                 runs[process] = threads.ran()
         return runs
 
-    def trouble(self) -> str:
-        """Return how it failed; '' while it runs and after success.
+    def problem(self) -> Optional[Problem]:
+        """Return how it failed; None while it runs and after success.
 
         rospy.signal_shutdown in a callback ends a loop of the main thread with an exception, which is not a failure.
         """
         if self.exceeded_limit():
-            return self.exceeded_limit()
+            return Problem(self.exceeded_limit())
         code = self.exit_code()
         if not code or code == 1 and self.last_output().startswith(SHUT_DOWN):
-            return ''
+            return None
         message = self.last_output()
         hint = '; input() does not work here: put all values into the program' if 'EOFError' in message else ''
-        return f'the program ended with exit code {code}: {message}{hint}'
+        return Problem(f'the program ended with exit code {code}: {message}{hint}')
 
     def drain(self, timeout: float = 1.0) -> None:
         """Wait until all output of a program that has ended is read, at most ``timeout`` [s]."""

@@ -64,6 +64,12 @@ class OutputLine(NamedTuple):
     level: str = ''  # DEBUG, INFO, WARN, ERROR or FATAL of a line that rospy logged
 
 
+class Problem(NamedTuple):
+    """Why a program gets no points: it could not run, has crashed, or did what no program may do."""
+
+    text: str  # for the student
+
+
 class Call(NamedTuple):
     """A service call of the grader to the program: its request, whether it was answered, and what went wrong."""
 
@@ -169,7 +175,7 @@ class Observed:
     timed_out: bool = False  # whether the time of the exercise was over
     exit_code: Optional[int] = None  # None: it ran until the grader ended it
     ended_at: Optional[float] = None  # since start
-    trouble: str = ''  # why it could not run: not executable, a syntax error, an exception, ...
+    problem: Optional[Problem] = None
     kept_up: bool = True  # whether simulator and program were fast enough
 
     def add_robots(self, names: Iterable[str]) -> None:

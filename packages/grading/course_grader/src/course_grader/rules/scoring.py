@@ -69,8 +69,8 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
             hidden = scored.visible != judging.ALWAYS
             missing.append(HIDDEN_FAILED if hidden else f'required check failed: {result.asked}')
     objections = judging.shortcuts(observed, exercise.allows)
-    if observed.trouble:
-        objections.insert(0, observed.trouble)
+    if observed.problem:
+        objections.insert(0, observed.problem.text)
     score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
     if not observed.kept_up and not objections and score < 100.0:  # a full score was not affected by lost time
         return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node was too slow for the simulation; grade '

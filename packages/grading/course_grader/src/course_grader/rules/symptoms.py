@@ -115,8 +115,8 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> Tuple[Li
              *_no_spin(exercise, observed, program), *(source_mistakes.found(program) if program else ()),
              *_opposite(observed), *late]
     certain = bool(found)
-    if CRASHED.search(observed.trouble):
-        found = found or [*_unknown_failure(observed.trouble)]
+    if observed.problem and CRASHED.search(observed.problem.text):
+        found = found or [*_unknown_failure(observed.problem.text)]
     elif not found:  # otherwise the observations are only its effect
         if exercise.robots:  # what one of them does says nothing about the others
             return [*_early_end(seen), *_silent(exercise, observed, lost),
@@ -163,8 +163,8 @@ def _common(said: str, observed: Observed) -> Iterator[str]:
         yield hint
 
 
-def _unknown_failure(trouble: str) -> Iterator[str]:
-    match = EXCEPTION.search(trouble)
+def _unknown_failure(text: str) -> Iterator[str]:
+    match = EXCEPTION.search(text)
     if match:
         yield f'the program ended with a {match[1]}: the last lines of its output say why, and in which line'
 
