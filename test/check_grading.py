@@ -4,16 +4,18 @@ usage: check_grading.py SAMPLES FOLDER     such as course/03_stop_at_x/samples/s
        check_grading.py some_exercises FOLDER
        check_grading.py course_nodes FOLDER
        check_grading.py same_ten_times FOLDER
+       check_grading.py hints FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py, fewer for a change
 
 some_exercises grades, as one class, one sample of each exercise in SOME, which a change could break in different ways.
 
 A sample `right_*` has to pass, and so has the answer that the page of the course prints. The first two lines of another
 one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or `# expected: passed`.
-They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
-which an isolated program does not see, by the commands in test/data/course_nodes. same_ten_times grades one submission
-ten times, four at once, and wants ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be,
-else a text says what is not.
+They are graded as a class. course_nodes grades the nodes of this course and of the tutorials, which an isolated program
+does not see, by the commands in test/data/course_nodes. same_ten_times grades one submission ten times, four at once,
+and wants ten equal verdicts. hints grades the wrong programs of test/data/mistakes.yaml: each must get its hint, and
+what is told as certain must be that. FOLDER takes all files. Exit code 0 when all is as it should be, else a text says
+what is not.
 """
 import csv
 import json
@@ -32,6 +34,7 @@ from collection.rostests import CHANGE
 from course_grader.classes import submissions
 from course_grader.rules import exercise as exercises
 from plain_support import course, processes
+from unit_support import course_files
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DATA = REPOSITORY / 'test' / 'data'
@@ -53,7 +56,7 @@ SOME = {  # exercise: its sample; no two are graded by the same means, or handed
 GRADER = [sys.executable, str(REPOSITORY / 'packages' / 'grading' / 'course_grader' / 'scripts' / 'grade')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
-TIMEOUT = 500  # [s]; the grader's own limits are shorter
+TIMEOUT, TIMEOUT_OF_HINTS = 500, 850  # [s]; the grader's own limits are shorter
 GRADED = {'result.json', 'junit.xml', 'output.txt'}
 OF_A_CLASS = {'submission.json'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
@@ -75,7 +78,7 @@ def expectation(path):
     return found.group(1).partition(':')[0], found.group(2) or ''
 
 
-def run(arguments, folder):
+def run(arguments, folder, timeout=TIMEOUT):
     """Run the grader with places of its own; return (exit code, output, leftovers as texts)."""
     shutil.rmtree(folder, ignore_errors=True)
     places = {name: folder / name.lower() for name in ('HOME', 'TMPDIR', 'WORK')}
@@ -88,7 +91,7 @@ def run(arguments, folder):
     environment.pop('ROS_HOME', None)
     processes.adopt_orphans()
     done = subprocess.run([*GRADER, *arguments], cwd=places['WORK'], env=environment, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, check=False)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout, check=False)
     own, mark = psutil.Process(), f'{MARK}={mark}'
     left = [f'process {process.pid}' for process in processes.related(mark, own)]
     processes.end(lambda: processes.related(mark, own))
@@ -211,6 +214,25 @@ def check_repeats(path, folder):
     return wrong
 
 
+def check_hints(folder):
+    """Return which wrong programs did not get their hint, or got another one that is told as certain."""
+    students, wrong = folder.with_name(f'{folder.name}_students'), []
+    mistakes = course_files.mistakes()
+    for number, (exercise, program, _) in enumerate(mistakes):
+        student = students / f'{number:03}'
+        student.mkdir(parents=True)
+        (student / f'{exercise}.py').write_text(program, encoding='utf-8')
+    _, said, _ = run(['--all', str(students), '--seed', str(SEED), '--jobs', str(JOBS), '--output',
+                      str(folder / 'out')], folder, TIMEOUT_OF_HINTS)
+    print(said)
+    for number, (exercise, program, hint) in enumerate(mistakes):
+        result = json.loads((folder / 'out' / f'{number:03}' / exercise / 'result.json').read_text(encoding='utf-8'))
+        given = result['hints'][:1] if result['certain'] else result['hints']
+        if not any(re.search(hint, text) for text in given):
+            wrong.append(f'{exercise}: the hint {hint!r} is not in {result["hints"]}:\n{program}')
+    return wrong
+
+
 def main(arguments):
     """Check as the command line says; return the exit code."""
     if len(arguments) != 2:
@@ -224,6 +246,8 @@ def main(arguments):
         wrong = check_repeats(EXERCISES['stop_at_x'].parent / 'samples' / REPEATED, folder)
     elif name == 'some_exercises':
         wrong = check_some_exercises(folder)
+    elif name == 'hints':
+        wrong = check_hints(folder)
     elif name == 'course_nodes':
         wrong = check_course_nodes(DATA / 'course_nodes', folder)
     else:

@@ -11,7 +11,7 @@ EXERCISES = [(path.parent / 'samples' / name).relative_to(REPOSITORY).as_posix()
 pytestmark = [pytest.mark.grading, pytest.mark.timeout(900)]
 
 USUAL = 'some_exercises', 'red_team_namespace'
-NIGHTLY = 'course_nodes', *EXERCISES, 'same_ten_times', 'red_team_uid', 'red_team_none'
+NIGHTLY = 'course_nodes', *EXERCISES, 'same_ten_times', 'hints', 'red_team_uid', 'red_team_none'
 
 
 @pytest.mark.parametrize('samples', [*USUAL, *(pytest.param(name, marks=pytest.mark.nightly) for name in NIGHTLY)],

@@ -1,11 +1,40 @@
 """The exercises of the course and their sample programs, for the tests."""
 import pathlib
+from typing import NamedTuple
+
+import yaml
 
 from plain_support import course
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = REPOSITORY / 'course'
 EXERCISES = course.exercises(COURSE)  # {name: file}
+MISTAKES = REPOSITORY / 'test' / 'data' / 'mistakes.yaml'
+
+
+class Mistake(NamedTuple):
+    """A wrong program, and the pattern of the hint that names its mistake."""
+
+    exercise: str
+    program: str
+    hint: str
+
+
+def mistakes():
+    """Return the Mistakes of MISTAKES."""
+    return [Mistake(entry.get('exercise') or entry['of'].partition('/')[0], _program(entry), entry['hint'])
+            for entry in yaml.safe_load(MISTAKES.read_text(encoding='utf-8'))]
+
+
+def _program(entry):
+    """Return the text of a program that is written out, or that changes a sample."""
+    if 'program' in entry:
+        return entry['program']
+    text = sample(entry['of']).read_text(encoding='utf-8')
+    for old, new in entry['change'].items():
+        assert str(old) in text and str(old) != str(new), f'{MISTAKES}: {entry["of"]} has no {old!r}'
+        text = text.replace(str(old), str(new))
+    return text
 
 
 def sample(name):
