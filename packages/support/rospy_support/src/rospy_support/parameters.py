@@ -215,7 +215,9 @@ class Text(Parameter):
 
     @property
     def allowed(self) -> str:
-        return f'one of {self.range}' if self.choices else 'a text' + ' that is not empty' * self.filled
+        if self.choices:
+            return f'one of {self.range}'
+        return 'a text that is not empty' if self.filled else 'a text'
 
     @property
     def range(self) -> str:

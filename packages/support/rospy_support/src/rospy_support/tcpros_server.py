@@ -67,9 +67,10 @@ class TcprosServer:
             self._refuse(address, connection, refused)
 
     async def _serve_caller(self, address: Any, connection: Socket, header: Dict[str, str]) -> None:
-        service, refused = rospy_internals.find_service(header)
-        if service is None:
-            self._refuse(address, connection, refused)
+        try:
+            service = rospy_internals.find_service(header)
+        except LookupError as error:
+            self._refuse(address, connection, str(error))
             return
         if not _send_header(connection, rospy_internals.service_header(service)) or header.get('probe') == '1':
             connection.close()

@@ -225,7 +225,7 @@ def test_a_request_of_wrong_length_gets_an_answer(peers, request_class, data, si
     service = types.SimpleNamespace(request_class=request_class, _handle_request=lambda *each: handled.append(each))
     wrong = rospy_internals.respond(service, peers[0], data)
     if size is None:
-        assert wrong == '' and len(handled) == 1 and rospy_internals.caller(handled[0][1]) == '/caller'
+        assert wrong is None and len(handled) == 1 and rospy_internals.caller(handled[0][1]) == '/caller'
     else:
         answer = peers[1].recv(1000)
         assert answer[:1] == b'\0' and size.encode() in answer and size in wrong and not handled

@@ -9,11 +9,11 @@ import subprocess
 import sys
 from typing import List, Optional, Sequence
 
-from plain_support.doctor import device_checks, findings, package_checks, ros_checks, system_checks, terminal_checks
+from plain_support.doctor import findings, package_checks, ros_checks, system_checks, terminal_checks
 from plain_support.doctor.findings import Finding
 from plain_support.doctor.machine import Machine
 
-CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
+CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS]
 WILL_FAIL, NOTE = 'FAILS', 'note'
 
 
@@ -68,7 +68,7 @@ def summary(found: Sequence[Finding], of_a_package: bool = False) -> str:
 
 
 def _count(number: int, noun: str) -> str:
-    return f'{number} {noun}' + 's' * (number != 1)
+    return f'{number} {noun}' if number == 1 else f'{number} {noun}s'
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

@@ -5,7 +5,7 @@ import grp
 import os
 import re
 import stat
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 from plain_support.doctor.processes import user_name
 
@@ -38,8 +38,8 @@ def explain(path: str, proc: str = '/proc') -> str:
                                    f'unplugged. {listing()}')
 
 
-def trouble(path: str, proc: str = '/proc') -> str:
-    """Return why a camera cannot be opened, and what to do about it; '' if it can."""
+def trouble(path: str, proc: str = '/proc') -> Optional[str]:
+    """Return why a camera cannot be opened, and what to do about it; None if it can."""
     try:
         state = os.stat(path)
         if stat.S_ISCHR(state.st_mode) and os.major(state.st_rdev) != VIDEO4LINUX:
@@ -55,7 +55,7 @@ def trouble(path: str, proc: str = '/proc') -> str:
         return f'{path} is in use by {holders or "another program"}: stop it, or choose another camera. {listing()}'
     if reason:
         return f'{path}: {os.strerror(reason)}. {listing()}'
-    return ''
+    return None
 
 
 def users(path: str, proc: str = '/proc') -> List[Tuple[int, str]]:

@@ -6,7 +6,7 @@ import os
 import re
 import shlex
 import subprocess
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from plain_support.doctor import findings, package_needs, packages, programs
 from plain_support.doctor.findings import Finding
@@ -42,12 +42,12 @@ class Machinery(NamedTuple):
     modules: Set[str]
 
 
-def folder_of(name: str, machine: Machine) -> str:
-    """Return the folder that the argument of ./run doctor means, a folder or a package's name; '' if there is none."""
+def folder_of(name: str, machine: Machine) -> Optional[str]:
+    """Return the folder that the argument of ./run doctor means, a folder or a package's name, or None."""
     if os.path.isdir(name):
         return os.path.abspath(name)
     known = {package.name: package.folder for package in packages.found(machine.environment)}
-    return known.get(name, '')
+    return known.get(name)
 
 
 def examine(folder: str, machine: Machine) -> Tuple[List[Finding], List[str]]:

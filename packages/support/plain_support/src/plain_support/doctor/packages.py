@@ -1,7 +1,7 @@
 """The ROS packages that a terminal finds, read from ROS_PACKAGE_PATH as rospack does. Without ROS."""
 import os
 import re
-from typing import Iterator, List, Mapping, NamedTuple, Set
+from typing import Iterator, List, Mapping, NamedTuple, Optional, Set
 
 PACKAGE_PATH, PREFIX_PATH = 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH'
 OF_THE_SYSTEM = '/usr/', '/opt/ros/'
@@ -55,10 +55,10 @@ def _name(folder: str) -> str:
     return match[1] if match else os.path.basename(folder)
 
 
-def workspace_of(folder: str) -> str:
-    """Return the built catkin workspace that contains a folder, or ''."""
+def workspace_of(folder: str) -> Optional[str]:
+    """Return the built catkin workspace that contains a folder, or None."""
     while folder != os.path.dirname(folder):
         if os.path.isfile(os.path.join(folder, 'devel', 'setup.bash')) and os.path.isdir(os.path.join(folder, 'src')):
             return folder
         folder = os.path.dirname(folder)
-    return ''
+    return None

@@ -2,7 +2,7 @@
 import os
 import re
 import shutil
-from typing import Iterator, Mapping
+from typing import Iterator, Mapping, Optional
 
 from plain_support.doctor import findings
 from plain_support.doctor.findings import Finding
@@ -29,8 +29,8 @@ def faults(path: str, content: bytes, environment: Mapping[str, str] = os.enviro
         yield findings.not_executable(path)
 
 
-def _unusable(interpreter: str, environment: Mapping[str, str]) -> str:
-    """Return why the interpreter of a first line cannot run a Python 3 program, or ''."""
+def _unusable(interpreter: str, environment: Mapping[str, str]) -> Optional[str]:
+    """Return why the interpreter of a first line cannot run a Python 3 program; None if it can."""
     command, _, argument = interpreter.partition(' ')
     name = re.sub(r'^-S\s+(\S+).*', r'\1', argument.strip()) if os.path.basename(command) == 'env' else command
     found = shutil.which(name, path=environment.get('PATH', os.defpath)) if name else None
@@ -38,4 +38,4 @@ def _unusable(interpreter: str, environment: Mapping[str, str]) -> str:
         return f'there is no {name if os.access(command, os.X_OK) else command} here'
     if PYTHON2.search(os.path.realpath(found)):
         return f'{name} is Python 2'
-    return '' if 'python' in os.path.basename(name) else f'{name} is not Python'
+    return None if 'python' in os.path.basename(name) else f'{name} is not Python'

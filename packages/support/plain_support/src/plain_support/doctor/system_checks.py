@@ -1,4 +1,4 @@
-"""Packages, disk, Python, OpenCV, variables, the clock, and the isolation of graded programs.
+"""Packages, disk, Python, OpenCV, variables, the clock, devices, and the isolation of graded programs.
 
 A command without an answer raises subprocess.TimeoutExpired: it says nothing about what it was asked for.
 """
@@ -13,10 +13,11 @@ import sys
 import time
 from typing import Dict, Iterator, List, Tuple
 
-from plain_support.doctor import findings
+from plain_support.doctor import devices, findings
+from plain_support.doctor.addresses import MASTER_URI
 from plain_support.doctor.findings import Finding
 from plain_support.doctor.machine import Check, Machine
-from plain_support.doctor.processes import user_name
+from plain_support.doctor.processes import all_processes, user_name
 
 BUILT_NEEDS, UNBUILT_NEEDS = 20.0, 1100.0  # [MB] of disk: for logs and temporary files; for all that ./run installs
 OLDEST_OPENCV = (4, 6)
@@ -30,6 +31,9 @@ PATIENCE = 20.0  # [s] for a command that takes well under one
 CONNECT = 5.0  # [s] for a connection of this machine with itself
 PATHS = 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH'
 WRONG_ALONE = 'PYTHONHOME', 'AMENT_PREFIX_PATH'  # of another Python, of ROS 2
+DISPLAY_ANSWER = 2.0  # [s] for a display on another machine
+FIRST_PORT = 6000  # of X servers
+DISPLAY_SOCKET = '/tmp/.X11-unix/X'
 SYSTEM_PYTHONS = '/usr/bin/python3', '/bin/python3'
 
 
@@ -231,5 +235,41 @@ def offered(names: List[str]) -> List[str]:
     return re.findall(r'^(\S+):\n.*\n +Candidate: (?!\(none\))', done.stdout, re.MULTILINE)
 
 
+def display(machine: Machine) -> Iterator[Finding]:
+    """The X server that DISPLAY names; DISPLAY need not be set."""
+    name = machine.environment.get('DISPLAY', '')
+    if name and not _display_answers(name):
+        yield findings.dead_display(name)
+
+
+def _display_answers(display: str) -> bool:
+    parts = re.fullmatch(r'(?:unix/?)?([^:]*):(\d+)(?:\.\d+)?', display)
+    if parts is None:
+        return False
+    host, number = parts[1], int(parts[2])
+    if host:
+        try:
+            socket.create_connection((host, FIRST_PORT + number), DISPLAY_ANSWER).close()
+        except OSError:
+            return False
+        return True
+    for address in (f'{DISPLAY_SOCKET}{number}', f'\0{DISPLAY_SOCKET}{number}'):
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(DISPLAY_ANSWER)
+            if client.connect_ex(address) == 0:
+                return True
+    return False
+
+
+def cameras(_: Machine) -> Iterator[Finding]:
+    """Cameras that this user may not open, or that a program other than a ROS node has open."""
+    ours = {process.pid for process in all_processes() if MASTER_URI in process.environment}
+    for path, _name in devices.devices():
+        said = devices.trouble(path)
+        holders = {pid for pid, _ in devices.users(path)}
+        if said and not (holders and holders <= ours and os.access(path, os.R_OK | os.W_OK)):
+            yield findings.camera_unusable(said)
+
+
 CHECKS: List[Check] = [network, loopback, packages, disk, addresses, folders, python, variables, opencv, clock,
-                       isolation]
+                       isolation, display, cameras]

@@ -34,7 +34,7 @@ def shell(machine: Machine) -> Iterator[Finding]:
             yield findings.outside_shell(package, f'{os.path.join(machine.repository, "run")} shell')
     workspace = packages.workspace_of(os.getcwd())
     sourced = packages.parts(machine.environment, packages.PREFIX_PATH)
-    if workspace not in ('', machine.workspace) and os.path.join(workspace, 'devel') not in sourced:
+    if workspace and workspace != machine.workspace and os.path.join(workspace, 'devel') not in sourced:
         yield findings.workspace_not_sourced(workspace)
 
 

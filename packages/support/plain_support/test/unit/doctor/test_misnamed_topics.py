@@ -1,7 +1,7 @@
-"""doctor.topics and names: misspelled names of topics are found, usual systems are left alone."""
+"""doctor.ros_checks and names: misspelled names of topics are found, usual systems are left alone."""
 import pytest
 
-from plain_support.doctor import names, topics
+from plain_support.doctor import names, ros_checks
 from plain_support.doctor.master import Graph
 
 TYPES = {'cmd_vel': 'geometry_msgs/Twist', 'pose': 'turtlesim/Pose', 'Pose': 'turtlesim/Pose',
@@ -37,7 +37,7 @@ def graph(*nodes):
     (['/a: </turtle1/pose'], ['/a subscribes to /turtle1/pose, which nobody publishes']),
 ])
 def test_misspelled_names(nodes, said):
-    found = [finding.text for finding in topics.misnamed(graph(*nodes))]
+    found = [finding.text for finding in ros_checks.misnamed(graph(*nodes))]
     assert len(found) == len(said)
     for text, expected in zip(found, said):
         assert all(part in text for part in expected.split('...'))
@@ -54,21 +54,21 @@ def test_misspelled_names(nodes, said):
     [SIMULATOR, '/both: >/turtle1/cmd_vel >/turtle9/cmd_vel'],
 ])
 def test_usual_systems(nodes):
-    assert [finding.text for finding in topics.misnamed(graph(*nodes))] == []
+    assert [finding.text for finding in ros_checks.misnamed(graph(*nodes))] == []
 
 
 @pytest.mark.parametrize('asked, said', [
     ({'/turtlesim': 'turtlesim/Pose', '/a': 'geometry_msgs/Twist'},
-     'both ends of /turtle1/pose need the same type: /a has geometry_msgs/Twist, /turtlesim has turtlesim/Pose'),
-    ({'/turtlesim': 'turtlesim/Pose', '/a': 'turtlesim/Pose'}, ''),
-    ({'/turtlesim': 'turtlesim/Pose', '/a': '*'}, ''),  # rostopic hz reads every type
-    ({'/turtlesim': 'turtlesim/Pose'}, ''),  # a node that does not answer
+     ['both ends of /turtle1/pose need the same type: /a has geometry_msgs/Twist, /turtlesim has turtlesim/Pose']),
+    ({'/turtlesim': 'turtlesim/Pose', '/a': 'turtlesim/Pose'}, []),
+    ({'/turtlesim': 'turtlesim/Pose', '/a': '*'}, []),  # rostopic hz reads every type
+    ({'/turtlesim': 'turtlesim/Pose'}, []),  # a node that does not answer
 ])
 def test_two_types(asked, said):
-    system = graph(SIMULATOR, '/a: </turtle1/pose')
-    found = list(topics.two_types(system, lambda nodes: {node: {'/turtle1/pose': kind} for node, kind in asked.items()
-                                                         if node in nodes}))
-    assert [finding.text for finding in found] == [said] * bool(said) and all(finding.fails for finding in found)
+    def types_of(nodes):
+        return {node: {'/turtle1/pose': kind} for node, kind in asked.items() if node in nodes}
+    found = list(ros_checks.two_types(graph(SIMULATOR, '/a: </turtle1/pose'), types_of))
+    assert ([finding.text for finding in found], [finding.fails for finding in found]) == (said, [True] * len(said))
 
 
 @pytest.mark.parametrize('name, known, meant', [

@@ -165,7 +165,7 @@ def test_a_package_is_found_by_its_name(tmp_path):
     machine = Machine({'ROS_PACKAGE_PATH': str(tmp_path)}, '', '')
     assert package_checks.folder_of('mine', machine) == str(tmp_path / 'mine')
     assert package_checks.folder_of(str(tmp_path), machine) == str(tmp_path)
-    assert package_checks.folder_of('other', machine) == ''
+    assert package_checks.folder_of('other', machine) is None
 
 
 def test_a_name_that_is_nothing_is_refused(capsys, monkeypatch):

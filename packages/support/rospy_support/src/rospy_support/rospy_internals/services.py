@@ -23,21 +23,21 @@ def offered_services() -> List[Tuple[str, str]]:
     return get_service_manager().get_services()
 
 
-def find_service(header: Dict[str, str]) -> Tuple[Any, str]:
-    """Return (service, '') for the service that a caller's header {field: text} names, or (None, reason).
+def find_service(header: Dict[str, str]) -> Any:
+    """Return the service that a caller's header {field: text} names; raise LookupError with the reason of a refusal.
 
     A service has ``resolved_name`` and ``request_class``; see also ``service_header`` and ``respond``.
     """
     for field in ('md5sum', 'callerid'):
         if field not in header:
-            return None, f"Missing required '{field}' field"
+            raise LookupError(f"Missing required '{field}' field")
     found = get_service_manager().get_service(header['service'])
     if found is None:
-        return None, f'[{rospy.get_name()}] is not a provider of [{header["service"]}]'
+        raise LookupError(f'[{rospy.get_name()}] is not a provider of [{header["service"]}]')
     if header['md5sum'] not in (ANY_TYPE, found.service_class._md5sum):
-        return None, (f'request from [{header["callerid"]}]: md5sums do not match: [{header["md5sum"]}] vs. '
-                      f'[{found.service_class._md5sum}]')
-    return found, ''
+        raise LookupError(f'request from [{header["callerid"]}]: md5sums do not match: [{header["md5sum"]}] vs. '
+                          f'[{found.service_class._md5sum}]')
+    return found
 
 
 def service_header(found: Any) -> Dict[str, str]:
@@ -55,21 +55,21 @@ def transport_of(found: Any, connection: socket.socket, header: Dict[str, str]) 
 def respond(found: Any, transport: Any, data: bytes) -> Optional[str]:
     """Call a service with a serialised request and write the answer; raise OSError if the caller has gone.
 
-    Return why ``data`` (bytes) is not a request, else ''. The fault: rospy never answers a request that is too short,
+    Return why ``data`` (bytes) is not a request, or None. The fault: rospy never answers a request that is too short,
     and genpy accepts one whose last string is cut off, or with bytes after its last field.
     """
     request = found.request_class()
     try:
         request.deserialize(data)
-        wrong = '' if to_bytes(request) == data else 'its length does not match its fields'
+        wrong = None if to_bytes(request) == data else 'its length does not match its fields'
     except (genpy.DeserializationError, genpy.SerializationError, UnicodeError) as error:
         wrong = str(error)
-    if wrong:
-        wrong = f'{len(data)} bytes that are not a {request._type}: {wrong}'
-        transport.socket.sendall(service_error(wrong))
-    else:
+    if wrong is None:
         request._connection_header = transport.header
         found._handle_request(transport, request)
+        return None
+    wrong = f'{len(data)} bytes that are not a {request._type}: {wrong}'
+    transport.socket.sendall(service_error(wrong))
     return wrong
 
 

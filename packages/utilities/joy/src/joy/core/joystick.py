@@ -6,7 +6,7 @@ the driver, as soon as it has named them.
 import glob
 import os
 import struct
-from typing import List
+from typing import List, Optional
 
 EVENT = struct.Struct('IhBB')  # time [ms], value, kind, number: struct js_event of linux/joystick.h
 BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80  # kinds; INITIAL is added to those that tell the state at the start
@@ -48,13 +48,14 @@ class Joystick:
         return max(-1.0, min(1.0, -beyond / (FARTHEST - zone))) if beyond else 0.0
 
 
-def why_not(device: str) -> str:
-    """Return why a joystick cannot be opened, and what to do; '' if it can."""
+def why_not(device: str) -> Optional[str]:
+    """Return why a joystick cannot be opened, and what to do; None if it can."""
+    others = 'No joystick is connected: there is no /dev/input/js*. A container needs docker run --device=/dev/input.'
     found = sorted(glob.glob(DEVICES))
-    others = f'Joysticks here: {", ".join(found)}.' if found else \
-        'No joystick is connected: there is no /dev/input/js*. A container needs docker run --device=/dev/input.'
+    if found:
+        others = f'Joysticks here: {", ".join(found)}.'
     if not os.path.exists(device):
         return f'{device} does not exist. {others}'
     if not os.access(device, os.R_OK):
         return f'{device} cannot be read. Type sudo usermod -aG input $USER, log out and in again. {others}'
-    return ''
+    return None
