@@ -22,7 +22,7 @@ RECONFIGURABLE = 'acc_lim_x', 'acc_lim_y', 'acc_lim_theta', 'max_vel_x', 'max_ve
 class Any(Parameter):
     """A value of any kind, which its reader checks."""
 
-    kind = 'any'
+    kind, range = 'any', ''  # the range is one of the instance
 
     def __init__(self, name, default, range):
         self.name, self.default, self.range = name, default, range
