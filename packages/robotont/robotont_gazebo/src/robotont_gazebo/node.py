@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from kinematic_core.worlds import world_format
+from kinematic_core.worlds.floor_plan import LARGEST
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
@@ -45,7 +46,6 @@ MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic
 LIDAR_MODEL = 'robotont_gazebo_lidar'
 ODOMETRY_STEPS = round(1.0 / (messages.ODOMETRY_RATE * DT))  # 4
 SCAN_STEPS = round(1.0 / (messages.SCAN_RATE * DT))  # 3
-FARTHEST = 1000.0  # [m]
 WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused velocities
 RECORDED = ('x', 'y', 'theta')  # columns of a recording: the robot's true pose
 NEVER, NONE = 'never', 'none'
@@ -56,8 +56,8 @@ LIMITS = [Number('~max_speed', NONE, 0.01, 10.0, 'm/s', NONE),
           Number('~max_turn_acceleration', NONE, 0.01, 1000.0, 'rad/s^2', NONE),
           Number('~max_wheel_acceleration', NONE, 0.1, 10000.0, 'rad/s^2', NONE)]  # as in omni.Limits
 PARAMETERS = Table(
-    Text('~world', 'empty'), Text('~model', MODELS[0], MODELS), Number('~x', 0.0, -FARTHEST, FARTHEST, 'm'),
-    Number('~y', 0.0, -FARTHEST, FARTHEST, 'm'), Number('~yaw', 0.0, -FARTHEST, FARTHEST, 'rad'),
+    Text('~world', 'empty'), Text('~model', MODELS[0], MODELS), Number('~x', 0.0, -LARGEST, LARGEST, 'm'),
+    Number('~y', 0.0, -LARGEST, LARGEST, 'm'), Number('~yaw', 0.0, -LARGEST, LARGEST, 'rad'),
     Text('~frame_prefix', ''), Number('~watchdog', WATCHDOG, 0.05, 3600.0, 's', NEVER), *LIMITS,
     Number('~odom_slip', 0.0, 0.0, 0.9), Number('~odom_noise', 0.0, 0.0, 1.0, 'm'),
     Number('~scan_noise', SCAN_NOISE, 0.0, 1.0, 'm'), launch_parameters.NAMES, clock.SEED, recording.RECORD,

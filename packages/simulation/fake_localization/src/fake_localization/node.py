@@ -13,6 +13,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
+from kinematic_core.worlds.floor_plan import LARGEST
 from kinematic_core.worlds.planar import ORIGIN, Pose2D, compose, relative
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Number, Table, Text
@@ -21,10 +22,9 @@ from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher
 from sim_ros.robotont_messages import base_transform
 
-FARTHEST = 1000.0  # [m]
 PARAMETERS = Table(Text('~odom_frame_id', 'odom'), Text('~base_frame_id', 'base_link'), Text('~global_frame_id', 'map'),
                    Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'),
-                   Number('~delta_x', 0.0, -FARTHEST, FARTHEST, 'm'), Number('~delta_y', 0.0, -FARTHEST, FARTHEST, 'm'),
+                   Number('~delta_x', 0.0, -LARGEST, LARGEST, 'm'), Number('~delta_y', 0.0, -LARGEST, LARGEST, 'm'),
                    Number('~delta_yaw', 0.0, -10.0, 10.0, 'rad'))
 TF_TIMEOUT = 0.2  # [s] for the transform of a pose's stamp to arrive
 WARNING_PERIOD = 10.0  # [s] of wall time
