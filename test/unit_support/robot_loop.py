@@ -70,6 +70,18 @@ def drive(robot, drive, disturb=lambda robot: None):
     return track, commands
 
 
+def path_deviation(track, corners):
+    """Return the largest distance [m] of a track from the lines that join the corners one after the other."""
+    def off(pose, a, b):
+        length = math.dist((a.x, a.y), (b.x, b.y))
+        if length == 0.0:
+            return math.dist((pose.x, pose.y), (a.x, a.y))
+        along = ((pose.x - a.x) * (b.x - a.x) + (pose.y - a.y) * (b.y - a.y)) / length
+        share = max(0.0, min(length, along)) / length
+        return math.hypot(a.x + share * (b.x - a.x) - pose.x, a.y + share * (b.y - a.y) - pose.y)
+    return max(min(off(pose, a, b) for a, b in zip(corners, corners[1:])) for pose in track)
+
+
 class Camera:
     """A tracker on a robot: ``period`` steps between pictures, ``delay`` steps from a picture to its message."""
 

@@ -3,11 +3,11 @@ import math
 
 import pytest
 
-from course_grader.demo.core import track_metrics
 from turtle_robotont.driving import drawing, shapes
 from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.shapes import InvalidInput
 from turtle_robotont.driving.vehicle import Limits
+from unit_support.robot_loop import path_deviation
 
 CORNER_TOLERANCE = 0.05  # [m] limit for the shapes of the course; the controller needs a fifth of it
 STRAIGHT_TOLERANCE = 0.03  # [m] off the lines between the corners
@@ -33,7 +33,7 @@ def test_shape_is_drawn_within_the_tolerance(loop, shape, size, start, speed, de
     assert worst <= CORNER_TOLERANCE / 2.0 and gap <= CORNER_TOLERANCE / 2.0
     if plan.corners:
         lines = [run.track[0], *plan.corners]
-        assert track_metrics.path_deviation(run.track, lines) <= STRAIGHT_TOLERANCE
+        assert path_deviation(run.track, lines) <= STRAIGHT_TOLERANCE
 
 
 def test_closed_shape_ends_with_the_heading_it_began_with(loop):

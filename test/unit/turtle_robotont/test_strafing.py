@@ -3,14 +3,13 @@ import math
 
 import pytest
 
-from course_grader.demo.core import track_metrics
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import Twist2D
 from turtle_robotont.driving import drawing
 from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.strafing import StrafeTo, body_velocity
 from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits
-from unit_support.robot_loop import Robot, drive
+from unit_support.robot_loop import Robot, drive, path_deviation
 
 CORNER_TOLERANCE = 0.02  # [m] limit for a robot with ideal odometry
 HEADING_TOLERANCE = 0.03  # [rad]
@@ -47,7 +46,7 @@ def test_robot_draws_within_2_cm(shape, size, start, limits, strafe, delay):
     worst, gap = plan.errors(track)
     assert worst <= CORNER_TOLERANCE and gap <= CORNER_TOLERANCE
     if plan.corners:
-        assert track_metrics.path_deviation(track, [track[0], *plan.corners]) <= CORNER_TOLERANCE
+        assert path_deviation(track, [track[0], *plan.corners]) <= CORNER_TOLERANCE
     assert max(math.hypot(command.linear_x, command.linear_y) for command in commands) <= limits.speed + ROUNDING
     assert max(abs(command.angular_z) for command in commands) <= limits.turn_speed + ROUNDING
     turned = max(abs(wrap_angle(pose.theta - start[2])) for pose in track)

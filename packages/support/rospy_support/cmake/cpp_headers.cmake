@@ -1,4 +1,4 @@
-# Included by CMakeLists.txt: what C++ programs written for the ROS of /opt/ros find there, and not beside Debian's ROS.
+# Included by CMakeLists.txt: what C++ programs written for /opt/ros find there, and not beside Debian's ROS.
 
 # The compiler looks into one folder more: ros/ from here, and a link to the headers of each message package of this
 # repository. It is not the include folder of the workspace itself: CMake leaves out -I for a folder that the compiler
@@ -19,7 +19,7 @@ file(REMOVE_RECURSE ${headers})
 file(MAKE_DIRECTORY ${headers})
 file(CREATE_LINK ${here}/include/ros ${headers}/ros SYMBOLIC)
 foreach(name ${message_packages})
-  if(CATKIN_DEVEL_PREFIX MATCHES "/${PROJECT_NAME}$")  # a devel space for each package: catkin_make_isolated, catkin build
+  if(CATKIN_DEVEL_PREFIX MATCHES "/${PROJECT_NAME}$")  # each package has one: catkin_make_isolated, catkin build
     file(CREATE_LINK ${CATKIN_DEVEL_PREFIX}/../${name}/include/${name} ${headers}/${name} SYMBOLIC)
   else()
     file(CREATE_LINK ../../../include/${name} ${headers}/${name} SYMBOLIC)

@@ -11,6 +11,7 @@ Folders below ``more`` hold exercises that belong to no step.
 In a program, the lines ``# solution`` and ``# end of solution`` enclose what an exercise asks for. The page prints the
 program without these two lines; a copy for students has ``# your code`` in the place of all of it.
 """
+import functools
 import pathlib
 import re
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
@@ -54,11 +55,13 @@ class Step(NamedTuple):
         return self.folder / 'README.md'
 
 
+@functools.lru_cache(maxsize=None)
 def repository() -> pathlib.Path:
     """Return the folder of this repository: that of the package turtle_robotont. Raise rospkg.ResourceNotFound."""
     return packages.folder('turtle_robotont').resolve()
 
 
+@functools.lru_cache(maxsize=None)
 def installed() -> pathlib.Path:
     """Return the folder of the course. Raise rospkg.ResourceNotFound."""
     return packages.folder('turtle_robotont') / 'course'
