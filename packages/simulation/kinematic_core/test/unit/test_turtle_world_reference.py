@@ -5,7 +5,6 @@ knows no rest and shares nothing with the world but the constants.
 """
 import ctypes
 import math
-import random
 import struct
 
 import pytest
@@ -147,28 +146,3 @@ def test_any_commands_give_the_reference_in_every_bit(script):
             assert_equal_step(pair)
     for _ in range(66):
         assert_equal_step(pair)
-
-
-@pytest.mark.parametrize('seed', range(3))
-def test_thousands_of_steps_with_random_commands_give_the_reference_in_every_bit(seed):
-    chance, pair = random.Random(seed), new_pair()
-    rested = driven = 0
-    for _ in range(3000):
-        if chance.random() < 0.02:
-            do_both(pair, random_action(chance))
-        assert_equal_step(pair)
-        resting = sum(turtle.idle for turtle in pair[0].turtles.values())
-        rested, driven = rested + resting, driven + len(NAMES) - resting
-    assert min(rested, driven) > 1000  # both ways were taken
-
-
-def random_action(chance):
-    name, kind = chance.choice(NAMES), chance.choice(['command', 'command', 'teleport_absolute', 'teleport_relative',
-                                                      'set_pen'])
-    if kind == 'set_pen':
-        return kind, name, (*(chance.randrange(256) for _ in range(4)), chance.random() < 0.5)
-    if kind == 'teleport_relative':
-        return kind, name, (chance.gauss(0.0, 3.0), chance.gauss(0.0, 4.0))
-    if kind == 'teleport_absolute':
-        return kind, name, (chance.uniform(-2.0, 13.0), chance.uniform(-2.0, 13.0), chance.gauss(0.0, 6.0))
-    return kind, name, tuple(chance.choice([0.0, chance.gauss(0.0, 5.0)]) for _ in range(3))
