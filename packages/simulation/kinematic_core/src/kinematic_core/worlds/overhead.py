@@ -3,8 +3,7 @@
 The world's x points to the right and its y up. Positions are in metres, headings in radians; images are uint8 RGB.
 """
 import math
-from itertools import cycle
-from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -12,18 +11,16 @@ import numpy as np
 from kinematic_core.worlds.floor_plan import Box, Colour, FloorPlan, Panel, Solid, corners
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
-from plain_support import InvalidInput
 
 PIXELS_PER_METRE = 120.0  # the default scale
 LARGEST = 1600  # [px] the longest side; the scale is reduced for larger maps
 MARGIN = 56  # [px] around everything: the title is in the upper one, the scale and the paths' labels in the lower one
-SMALLEST = 3 * MARGIN  # [px] allowed for ``largest``
-NARROWEST = 420  # [px] wide, if ``largest`` allows it, for the scale and a path's label side by side
+NARROWEST = 420  # [px] wide, for the scale and a path's label side by side
 SHIFT = 4  # fractional bits of OpenCV's drawing coordinates
 PAPER, GRID, INK, FAINT = (252, 252, 250), (228, 230, 232), (40, 44, 52), (130, 134, 140)
 LOW = 0.1  # [m] solids lower than this are drawn pale
 MARKER_INK = (176, 32, 40)
-PATH_COLOURS = ((22, 96, 196), (222, 120, 20), (34, 140, 84), (140, 60, 170))  # for paths without a colour, in turn
+PATH_COLOUR = (22, 96, 196)
 ROBOT_COLOUR = (34, 110, 210)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
@@ -31,32 +28,26 @@ XY = Sequence[float]  # x, y [m]
 
 
 class Path(NamedTuple):
-    """A path through points [(x, y)] [m], with gaps where they are not finite; colour None: one of PATH_COLOURS."""
+    """A path through points [(x, y)] [m]."""
 
     points: Sequence[XY]
-    colour: Optional[Colour] = None
     label: str = ''
-    dashed: bool = False
 
 
 class FloorPlanMap:
     """The map of a FloorPlan, large enough to show the points ``also`` [(x, y)] [m], or only a part of the plan.
 
     between: lower left and upper right corner of that part [(x, y)] [m]; around it, the margin shows the plan, too.
-    width, height [px]; pixels_per_metre: its scale, reduced if the longer side would exceed ``largest`` px. Raises
-    InvalidInput for an impossible scale or size.
+    width, height [px]; pixels_per_metre: its scale, reduced if the longer side would exceed LARGEST px.
     """
 
     def __init__(self, plan: FloorPlan, also: Iterable[XY] = (), pixels_per_metre: float = PIXELS_PER_METRE,
-                 largest: float = LARGEST, between: Optional[Sequence[XY]] = None) -> None:
-        if not (math.isfinite(pixels_per_metre) and pixels_per_metre > 0.0 and largest >= SMALLEST):
-            raise InvalidInput(f'a map with {pixels_per_metre!r} px/m and at most {largest!r} px: the scale must be '
-                               f'more than 0, the size at least {SMALLEST} px')
+                 between: Optional[Sequence[XY]] = None) -> None:
         self._plan = plan
         low, high = _bounds(plan, also) if between is None else np.array(between, float)
-        self.pixels_per_metre = min(float(pixels_per_metre), (largest - 2 * MARGIN) / max((high - low).max(), 1e-3))
+        self.pixels_per_metre = min(float(pixels_per_metre), (LARGEST - 2 * MARGIN) / max((high - low).max(), 1e-3))
         width, self.height = (math.ceil(side * self.pixels_per_metre) + 2 * MARGIN for side in high - low)
-        self.width = max(width, min(NARROWEST, math.floor(largest)))
+        self.width = max(width, NARROWEST)
         self._left = low[0] - (MARGIN + (self.width - width) / 2.0) / self.pixels_per_metre
         self._upper = high[1] + MARGIN / self.pixels_per_metre
         self._ground = self._draw_plan()
@@ -65,15 +56,14 @@ class FloorPlanMap:
         """Return the pixel (column, row), as floats, of the point (x, y) [m]."""
         return (x - self._left) * self.pixels_per_metre - 0.5, (self._upper - y) * self.pixels_per_metre - 0.5
 
-    def draw(self, paths: Iterable[Path] = (), robots: Iterable[Pose2D] = (), title: str = '') -> np.ndarray:
+    def draw(self, paths: Sequence[Path] = (), robots: Iterable[Pose2D] = (), title: str = '') -> np.ndarray:
         """Return the map, (height, width, 3) uint8 RGB, with paths, and robots as discs with their heading."""
         image = self._ground.copy()
-        coloured = [(path, path.colour or colour) for path, colour in zip(paths, cycle(PATH_COLOURS))]
-        for path, colour in coloured:
-            self._draw_path(image, path, colour)
+        for path in paths:
+            self._draw_path(image, path)
         for robot in robots:
             self._draw_robot(image, Pose2D(*robot))
-        self._draw_texts(image, title, [(path.label, colour) for path, colour in coloured if path.label])
+        self._draw_texts(image, title, [path.label for path in paths if path.label])
         return image
 
     # -------------------------------------------------------------------------------------------------- the plan
@@ -129,34 +119,24 @@ class FloorPlanMap:
 
     # ------------------------------------------------------------------------------------------------- paths and robots
 
-    def _draw_path(self, image: np.ndarray, path: Path, colour: Colour) -> None:
-        points = np.asarray(list(path.points), float).reshape(-1, 2)
-        finite = np.isfinite(points).all(1)
-        starts = np.flatnonzero(finite & ~np.concatenate([[False], finite[:-1]]))
-        for start in starts:
-            end = start + int(np.argmin(np.append(finite[start:], False)))
-            part = points[start:end]
-            for piece in (_dashes(part, 10 / self.pixels_per_metre) if path.dashed else [part]):
-                self._line(image, piece, colour, 2)
-        if len(starts):
-            x, y = points[starts[0]].tolist()
-            self._disc(image, x, y, 4.5 / self.pixels_per_metre, PAPER, colour, 2)
+    def _draw_path(self, image: np.ndarray, path: Path) -> None:
+        self._line(image, path.points, PATH_COLOUR, 2)
+        x, y = path.points[0]
+        self._disc(image, x, y, 4.5 / self.pixels_per_metre, PAPER, PATH_COLOUR, 2)
 
     def _draw_robot(self, image: np.ndarray, pose: Pose2D) -> None:
         x, y, yaw = pose
-        if not all(map(math.isfinite, pose)):
-            raise InvalidInput(f'robot at {(x, y, yaw)!r}: x, y [m] and yaw [rad] must be finite')
         self._disc(image, x, y, ROBOT_RADIUS, ROBOT_COLOUR, INK)
         cos, sin = math.cos(yaw), math.sin(yaw)
         arrow = [(0.9, 0.0), (-0.35, 0.5), (-0.1, 0.0), (-0.35, -0.5)]
         self._polygon(image, [(x + ROBOT_RADIUS * (a * cos - b * sin), y + ROBOT_RADIUS * (a * sin + b * cos))
                                 for a, b in arrow], (255, 255, 255), None)
 
-    def _draw_texts(self, image: np.ndarray, title: str, labels: Sequence[Tuple[str, Colour]]) -> None:
+    def _draw_texts(self, image: np.ndarray, title: str, labels: Sequence[str]) -> None:
         _write(image, title, (14, 30), 0.8, INK)
         column, row = 2 * 14 + round(self._scale_length() * self.pixels_per_metre) + 14, self.height - 12
-        for label, colour in labels:
-            cv2.line(image, (column, row - 4), (column + 22, row - 4), colour, 2, cv2.LINE_AA)
+        for label in labels:
+            cv2.line(image, (column, row - 4), (column + 22, row - 4), PATH_COLOUR, 2, cv2.LINE_AA)
             column += 28 + _write(image, label, (column + 28, row), 0.65, INK) + 16
 
     # --------------------------------------------------------------------------------------------- drawing with OpenCV
@@ -189,13 +169,10 @@ class FloorPlanMap:
 
 
 def draw_map(plan: FloorPlan, paths: Sequence[Path] = (), robots: Sequence[Pose2D] = (), title: str = '',
-             **size: Any) -> np.ndarray:
-    """Return the map of a FloorPlan that shows all of these, (height, width, 3) uint8 RGB.
-
-    ``size``: pixels_per_metre, largest and between of FloorPlanMap.
-    """
+             pixels_per_metre: float = PIXELS_PER_METRE, between: Optional[Sequence[XY]] = None) -> np.ndarray:
+    """Return the map of a FloorPlan that shows all of these, (height, width, 3) uint8 RGB; see FloorPlanMap."""
     also = [point for path in paths for point in path.points] + [robot[:2] for robot in robots]
-    return FloorPlanMap(plan, also, **size).draw(paths, robots, title)
+    return FloorPlanMap(plan, also, pixels_per_metre, between).draw(paths, robots, title)
 
 
 def _write(image: np.ndarray, text: str, start: Tuple[int, int], size: float, colour: Colour) -> int:
@@ -210,20 +187,6 @@ def _bounds(plan: FloorPlan, also: Iterable[XY]) -> Tuple[np.ndarray, np.ndarray
     points = [corner for box in plan.boxes for corner in corners(box)]
     points += [(c.x + side * c.radius, c.y + side * c.radius) for c in plan.cylinders for side in (-1, 1)]
     points += [(panel.x, panel.y) for panel in plan.panels]
-    points += [(float(x), float(y)) for x, y in also if math.isfinite(x) and math.isfinite(y)]
+    points += [(float(x), float(y)) for x, y in also]
     bounds = np.array(points or [(-1.0, -1.0), (1.0, 1.0)])
     return bounds.min(0), bounds.max(0)
-
-
-def _dashes(points: np.ndarray, length: float) -> List[np.ndarray]:
-    """Return every other piece (K, 2), ``length`` [m] long, of the line through points (N, 2) [m]."""
-    if len(points) < 2:
-        return []
-    steps = np.diff(points, axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])  # [m] of each point
-    pieces = []
-    for start in np.arange(0.0, along[-1], 2 * length):
-        stop = min(start + length, along[-1])
-        at = np.concatenate([[start], along[(along > start) & (along < stop)], [stop]])
-        pieces.append(np.stack([np.interp(at, along, points[:, k]) for k in (0, 1)], 1))
-    return pieces
