@@ -5,7 +5,7 @@ import itertools
 import math
 import re
 import statistics
-from typing import Any, Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Container, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -78,6 +78,15 @@ def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
                'again and again in a loop, with rate.sleep(), ten times per second')
 
 
+def _first(*causes: Iterable[str]) -> List[str]:
+    """Return the advice of the first cause that gives any."""
+    for cause in causes:
+        found = list(cause)
+        if found:
+            return found
+    return []
+
+
 def _commanded(wanted: Commands, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Velocities that are swapped, in degrees, or of the wrong sign."""
     called = [call.t for call in observed.calls if call.service == wanted.after]
@@ -96,11 +105,11 @@ def _commanded(wanted: Commands, _exercise: Exercise, observed: Observed) -> Ite
             math.radians(angular), wanted.angular):
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
     elif within(linear, wanted.linear) and within(angular, wanted.angular):
-        yield from [*_paced(wanted, observed)] or _rated(wanted.rate, observed)
+        yield from _first(_paced(wanted, observed), _rated(wanted.rate, observed))
     else:
         forward = _other_velocity('linear.x', linear, wanted.linear, 'the speed, positive forward, negative backward')
         turning = _other_velocity('angular.z', angular, wanted.angular, 'the turn speed, positive to the left')
-        yield from [*forward, *turning] or _outside(wanted, observed)
+        yield from _first(itertools.chain(forward, turning), _outside(wanted, observed))
 
 
 def _paced(wanted: Commands, observed: Observed) -> Iterator[str]:
@@ -157,26 +166,27 @@ def _teleported(wanted: Positions, _exercise: Exercise, observed: Observed) -> I
 
 def _drawn(wanted: Draws, exercise: Exercise, observed: Observed) -> Iterator[str]:
     path, sides = observed.drawn(pen_down=True), fits.SIDES[wanted.shape]
-    lifted = list(_lifted(wanted, exercise, observed))
-    turns = list(_only_turns(observed))
-    if lifted or turns:
-        yield from lifted or turns
-        return
-    if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
+    found = _first(_lifted(wanted, exercise, observed), _only_turns(observed))
+    if found:
+        yield from found
+    elif observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
         yield ('it never turns: angular.z, the turn speed, is 0 in all its commands; x and y of angular do nothing '
                'here. Does the program get to the part that turns?')
     elif sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
         free = list(itertools.takewhile(lambda place: not _touches_wall(*place), path))
-        yield from list(_wrong_turn(wanted.shape, sides, _parts(sides, free))) or [
-            'the turtle drives into a wall of its window, and stays there: are all corners in the window, from 0 to '
-            '11 m? The way to a corner is the corner minus the position; check the sign'
-            if _stays_at_wall(observed) and ('/turtle1/pose', 'subscribes') in observed.connections else
-            f'the turtle drives into a wall of its window, at {_place_at_wall(observed)}: the way there is too long, '
-            'or it turns too little or to the wrong side before']
+        yield from _first(_wrong_turn(wanted.shape, sides, _parts(sides, free)), _drives_into_wall(observed))
     else:
-        found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
-        yield from found or _sized(wanted, observed)
+        yield from _first(_polygon(wanted.shape, sides, path, observed), _sized(wanted, observed))
+
+
+def _drives_into_wall(observed: Observed) -> Iterator[str]:
+    if _stays_at_wall(observed) and ('/turtle1/pose', 'subscribes') in observed.connections:
+        yield ('the turtle drives into a wall of its window, and stays there: are all corners in the window, from 0 to '
+               '11 m? The way to a corner is the corner minus the position; check the sign')
+    else:
+        yield (f'the turtle drives into a wall of its window, at {_place_at_wall(observed)}: the way there is too '
+               'long, or it turns too little or to the wrong side before')
 
 
 def _only_turns(observed: Observed) -> Iterator[str]:
@@ -221,8 +231,7 @@ def _kept(wanted: Keeps, exercise: Exercise, observed: Observed) -> Iterator[str
             max(map(abs, command[2:4])) < STANDING for command in observed.commands):
         yield 'it never turns or drives sideways: angular.z turns it, and linear.y drives it to the left'
         return
-    away = list(_law(wanted, observed)) or list(_leaves(wanted, observed))
-    yield from away or _regulated(wanted, exercise, observed)
+    yield from _first(_law(wanted, observed), _leaves(wanted, observed), _regulated(wanted, exercise, observed))
 
 
 def _leaves(wanted: Keeps, observed: Observed) -> Iterator[str]:
@@ -260,8 +269,8 @@ def _regulated(wanted: Keeps, exercise: Exercise, observed: Observed) -> Iterato
     elif _changes(speeds) >= SWINGS and min(errors) < -wanted.tolerance and max(errors) > wanted.tolerance:
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
     else:
-        yield from (list(_stays_off(wanted, late[len(late) // 2:], speeds[-(len(speeds) // 4 or 1):]))
-                    or _dead_zone(wanted, observed))
+        last = max(len(speeds) // 4, 1)
+        yield from _first(_stays_off(wanted, late[len(late) // 2:], speeds[-last:]), _dead_zone(wanted, observed))
 
 
 def _threshold(wanted: Keeps, observed: Observed) -> Iterator[str]:
@@ -356,7 +365,7 @@ def _law(wanted: Keeps, observed: Observed) -> Iterator[str]:
     goal = -offset / gain
     if gain < 0.0:
         yield (f'{name} has the wrong sign: it is about {gain:.2g} * ({what} - {goal:.2f}), so that it drives away; '
-               'the other order of the subtraction, or a positive factor, mends that')
+               'subtract in the other order, or multiply by a positive factor')
     elif abs(goal - wanted.value) > wanted.tolerance:
         yield (f'{name} is about {gain:.2g} * ({what} - {goal:.2f}), which is 0 at {goal:.2f} m, and not at '
                f'{wanted.value:g} m: subtract {wanted.value:g}' if wanted.value else
@@ -490,6 +499,8 @@ def _touches_wall(x: float, y: float) -> bool:
 
 
 def _polygon(shape: str, sides: int, path: Sequence[Tuple[float, float]], observed: Observed) -> Iterator[str]:
+    if not sides:
+        return
     if _turns_while_driving(observed.commands):
         yield ('it drives while it turns, so that the corners are round: publish linear.x = 0 together with angular.z')
         return
@@ -638,11 +649,14 @@ def _repeated(_wanted: Rule, observed: Observed) -> Iterator[str]:
     (length, turn, time), (own_length, own_turn, own_time) = (
         _extent([sample for sample in observed.track if (sample.t <= moment) == shown]) for shown in (True, False))
     paused = abs(own_time - time) < 0.1 * time or abs(own_length - length) < 0.02 * length
-    opposite = abs(own_turn + turn) < 0.1 * abs(turn)
+    advice = ''
+    if abs(own_turn + turn) < 0.1 * abs(turn):
+        advice = ': it turns to the other side, so check the sign of angular.z'
+    elif not paused:
+        advice = ': sleep between two poses for the difference of their times'
     yield (f'the path to repeat is {length:.2f} m long, turns by {turn:.0f} degrees and takes {time:.1f} s; its own is '
            f'{own_length:.2f} m long, turns by {own_turn:.0f} degrees and takes {own_time:.1f} s'
-           + (': it turns to the other side, so check the sign of angular.z' if opposite else '' if paused else
-              ': sleep between two poses for the difference of their times'))
+           + advice)
 
 
 def _extent(track: Sequence[Sample]) -> Tuple[float, float, float]:
