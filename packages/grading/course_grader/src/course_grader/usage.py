@@ -11,6 +11,7 @@ from course_grader.isolation.sourced import Sourced
 from course_grader.rules.exercise import Exercise, ExerciseError
 from course_grader.rules.values import meant
 from course_grader.supervision.supervisor import others_of
+from plain_support import course
 
 
 class UsageError(ValueError):
@@ -95,7 +96,7 @@ def sourced_packages(environment: Mapping[str, str]) -> Sourced:
     """Return the Sourced packages of the terminal, without ROS and this repository."""
     entries = sourced.folders_in(environment, sourced.PACKAGE_PATH, 'ROS_PACKAGE_PATH')
     prefixes = sourced.folders_in(environment, sourced.PREFIX_PATH, 'CMAKE_PREFIX_PATH')
-    others = [*view.SYSTEM, view.REPOSITORY]
+    others = [*view.SYSTEM, str(course.repository())]
     known = rospkg.RosPack(sourced.outside(entries, others))
     packages = [(name, known.get_path(name)) for name in sorted(known.list())]
     return Sourced(tuple((name, folder) for name, folder in packages if sourced.outside([folder], others)),

@@ -28,10 +28,9 @@ from course_grader.attempt.graph import Graph
 from course_grader.attempt.guard import Guard
 from course_grader.attempt.load import Flood, Load, Pace
 from course_grader.attempt.machine_check import MachineCheck
-from course_grader.attempt.navigation_reader import NavigationReader
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.simulation import Simulation, steps_for
-from course_grader.attempt.state import StateReader
+from course_grader.attempt.state import NavigationReader, StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
 from course_grader.isolation.limits import CPU_ALLOWANCE
@@ -44,6 +43,7 @@ from kinematic_core.timing.idle_threads import Machine
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import world_format
+from plain_support import course
 from rospy_support import rospy_internals, servers
 from sim_ros import lockstep
 
@@ -64,6 +64,7 @@ DISCONNECTED = (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Erro
 def prepare(job):
     """Import what this Job needs beyond this module; a process that forks attempts does it once for all of them."""
     beside.prepare(job.exercise.beside)
+    course.repository()  # once: rospack searches for it
 
 
 def run(job):
@@ -119,7 +120,7 @@ def _prepared(job):
 def _package(command):
     """Return the package that contains the file of a command, or None, also for a package of this repository."""
     package = sandbox.package_of(command)
-    return None if package and view.below(view.REPOSITORY, [os.path.realpath(package)]) else package
+    return None if package and view.below(str(course.repository()), [os.path.realpath(package)]) else package
 
 
 def _isolation(job, command, packages, sourced):
@@ -128,7 +129,7 @@ def _isolation(job, command, packages, sourced):
     if not limits.cpu:
         limits = limits._replace(cpu=math.ceil(job.exercise.time + CPU_ALLOWANCE))
     own = job.isolation.own or [*sourced.folders(), *sourced.built()] or view.own_files(
-        command, packages, view.never_shown(view.REPOSITORY))
+        command, packages, view.never_shown(str(course.repository())))
     escaped = view.escaping(command, own)
     if escaped:
         raise sandbox.CommandError(f'{escaped} is a link to a file of somebody else: hand in the file itself')

@@ -4,7 +4,7 @@ import xmlrpc.client
 
 import rosgraph
 
-from course_grader.attempt import beside, forked, robots
+from course_grader.attempt import beside, forked
 from course_grader.attempt.faults import ProgramFault
 from course_grader.rules.observation import Event, Problem
 
@@ -12,6 +12,7 @@ OF_EVERY_NODE = '/clock', '/rosout'  # topics
 ROLES = {'PUB': 'publishes', 'SUB': 'subscribes', 'SERVICE': 'serves'}  # of a node for a name, as in the master's log
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}  # topic: kind of the event when the program publishes on it
+OF_A_ROBOT = 'odom', 'scan', 'joint_states'  # topics in the namespace of each of several robots, of the simulator alone
 
 
 class Graph:
@@ -21,7 +22,7 @@ class Graph:
         """``master``: a rosgraph.Master; ``log``: the master's; ``own``: the names of the grading's own nodes."""
         self._master, self._log, self._own, self._observed = master, log, own, observed
         self._fakes = {**FAKES, **dict.fromkeys(beside.topics(exercise.beside), 'fake_result'),
-                       **dict.fromkeys(robots.topics(exercise.robots), 'fake_pose')}
+                       **{f'/{robot}/{topic}': 'fake_pose' for robot in exercise.robots for topic in OF_A_ROBOT}}
         self._seen = set()  # names of the program's nodes
         self._log_size = -1  # [bytes] when it was last read
         self.following = False  # whether one of the program's nodes follows /clock

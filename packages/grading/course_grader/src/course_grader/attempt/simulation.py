@@ -3,6 +3,7 @@
 Start it before this process has a second thread. It is not shut down in order: the sandbox ends its processes.
 """
 import contextlib
+import importlib
 import json
 import math
 import os
@@ -11,10 +12,11 @@ import uuid
 
 import psutil
 import rosgraph
+import rospkg
 import rospy
 import yaml
 
-from course_grader.attempt import beside, forked, graph, robots
+from course_grader.attempt import beside, forked, graph
 from course_grader.attempt.faults import AttemptError, ProgramFault, TooSlow
 from course_grader.attempt.forked import POLL
 from course_grader.attempt.simulator_link import SimulatorLink
@@ -25,9 +27,12 @@ from course_grader.supervision.job import MASTER_LOG, RECORD, SIMULATOR_LOG
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.worlds import robot_world, turtle_world
+from kinematic_core.worlds.planar import Pose2D
 
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT),
               'robots': ('/gazebo', robot_world.GAZEBO_DT)}  # of an exercise, or one with several robots
+DESCRIPTION = 'robotont_description.urdf'  # module with describe(); the original package does not have it
+MODEL = 'robotont_gazebo_lidar'  # of several robots in one world
 START_TIMEOUT = 20.0  # [s] of wall time for master and simulator to start
 SHUTDOWN_TIMEOUT = 3.0  # [s] of wall time for a simulator to shut down
 WARM_UP = 2.0  # [s] of simulated time in which the nodes beside the simulator get map, transforms and scans
@@ -74,7 +79,7 @@ class Simulation:
         self.master.setParam('/use_sim_time', True)
         try:
             arguments = self._arguments(box.environment['TMPDIR'])
-            more = [robots.described(self._exercise, self._job.seed, self.master)] if self._exercise.robots else []
+            more = [self._described()] if self._exercise.robots else []
             self._simulator, connection = forked.start_simulator(self._kind, arguments, self._simulator_log, *more)
         except ImportError as error:
             raise AttemptError(f'the simulator for {self._exercise.simulator} is missing ({error}): type ./run build. '
@@ -83,6 +88,15 @@ class Simulation:
         self.link = SimulatorLink(connection, self.dt)
         box.keep(self._simulator)
         guard.trust(self._simulator.pid)
+
+    def _described(self):
+        """Return [(name, URDF, Pose2D)] of several robots, and set the prefixes of their frames. Raise ImportError."""
+        urdf = importlib.import_module(DESCRIPTION)
+        folder = os.path.join(rospkg.RosPack().get_path('robotont_description'), 'urdf')
+        for name in self._exercise.robots:
+            self.master.setParam(f'/{name}/tf_prefix', name)
+        return [(name, urdf.describe(MODEL, f'{name}/', folder), Pose2D(start['x'], start['y'], start['theta']))
+                for name, start in random_stimuli.robots(self._exercise, self._job.seed).items()]
 
     def _arguments(self, folder):
         """Return the private parameters of the exercise's simulator; ``folder``: for a file of its world."""

@@ -11,7 +11,6 @@ import sys
 import tempfile
 from typing import Container, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
-REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('packages', 'grading', 'course_grader'))[0]
 SYSTEM = ('/usr', '/bin', '/sbin', '/lib', '/lib32', '/lib64', '/libx32', '/opt/ros')
 SETTINGS = ('alternatives', 'default/locale', 'fonts', 'group', 'host.conf', 'hosts', 'ld.so.cache', 'ld.so.conf',
             'ld.so.conf.d', 'locale.alias', 'localtime', 'magic', 'mime.types', 'nsswitch.conf', 'passwd', 'protocols',
