@@ -35,19 +35,18 @@ def test_text_is_written_a_line_at_a_time(tmp_path):
         output.flush()
 
 
-def test_a_reader_that_has_gone_is_no_error(unread_pipe):
-    output = console.Console(unread_pipe)
-    for _ in range(3):
-        output.write('nobody hears this\n')
-        output.flush()
-
-
-def test_a_full_disk_is_no_error():
+@pytest.fixture
+def full_disk():
     with open(FULL, 'w') as stream:
-        output = console.Console(stream)
-        for _ in range(3):
-            output.write('x' * 10000 + '\n')
-            output.flush()
+        yield stream
+
+
+@pytest.mark.parametrize('stream', ['unread_pipe', 'full_disk'])
+def test_a_stream_that_cannot_be_written_is_no_error(request, stream):
+    output = console.Console(request.getfixturevalue(stream))
+    for _ in range(3):
+        output.write('x' * 10000 + '\n')
+        output.flush()
 
 
 def test_a_stream_that_was_closed_is_no_error(tmp_path):
@@ -127,25 +126,24 @@ def test_a_log_file_is_written_where_it_can_be(monkeypatch, restored_logging, tm
     assert 'no log file' not in capsys.readouterr().err
 
 
-def full(folder):
-    (folder / 'node.log').symlink_to(FULL)
+def folder_without_log(case, folder):
+    """Return a log folder in which node.log cannot be written."""
+    if case == 'a full disk':
+        (folder / 'node.log').symlink_to(FULL)
+    elif case == 'a folder in its place':
+        (folder / 'node.log').mkdir()
+    elif case == 'a file in the way':
+        (folder / 'log').write_text('')
+        return folder / 'log'
+    else:
+        return '/dev/null/log'
     return folder
 
 
-def a_folder_in_its_place(folder):
-    (folder / 'node.log').mkdir()
-    return folder
-
-
-def a_file_in_the_way(folder):
-    (folder / 'log').write_text('')
-    return folder / 'log'
-
-
-@pytest.mark.parametrize('place', [full, a_folder_in_its_place, a_file_in_the_way, lambda folder: '/dev/null/log'])
+@pytest.mark.parametrize('case', ['a full disk', 'a folder in its place', 'a file in the way', 'no folder'])
 def test_without_a_log_file_lines_go_to_the_console_and_it_is_said_once(monkeypatch, restored_logging, tmp_path, capsys,
-                                                                      place):
-    configure_and_log(monkeypatch, place(tmp_path))
+                                                                      case):
+    configure_and_log(monkeypatch, folder_without_log(case, tmp_path))
     said = capsys.readouterr().err
     assert said.count('no log file') == 1 and 'ROS_LOG_DIR' in said, said
     assert 'line 0' in said and 'line 1' in said

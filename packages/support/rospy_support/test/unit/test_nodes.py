@@ -41,12 +41,6 @@ def test_the_exit_code_of_an_error(error, code, fatal):
     assert nodes.outcome(raising(error)) == code
 
 
-def test_a_main_that_returns_is_called_once_and_gives_0():
-    calls = []
-    assert nodes.outcome(lambda: calls.append(None)) == 0
-    assert calls == [None]
-
-
 def test_a_bad_parameter_is_logged(fatal):
     nodes.outcome(raising(parameters.ParameterError('parameter /a is 100%; it must be less')))
     assert fatal == ['parameter /a is 100%; it must be less']

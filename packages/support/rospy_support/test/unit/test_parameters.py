@@ -110,15 +110,12 @@ def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, d
     assert '_path:=TEXT on the command line' in refusal(Text, '~path', default)
 
 
-@pytest.mark.parametrize('read, expected', [
-    (lambda: Number('~a', 2).read(), 2.0),
-    (lambda: Integer('~a', 2).read(), 2),
-    (lambda: Boolean('~a', True).read(), True),
-    (lambda: Text('~a', 'b', ('b', 'c')).read(), 'b'),
-    (lambda: Numbers('~a', (1, 2)).read(), [1.0, 2.0]),
+@pytest.mark.parametrize('parameter, expected', [
+    (Number('~a', 2), 2.0), (Integer('~a', 2), 2), (Boolean('~a', True), True), (Text('~a', 'b', ('b', 'c')), 'b'),
+    (Numbers('~a', (1, 2)), [1.0, 2.0]),
 ])
-def test_parameter_that_is_not_set_has_its_default(server, read, expected):
-    assert repr(read()) == repr(expected)
+def test_parameter_that_is_not_set_has_its_default(server, parameter, expected):
+    assert repr(parameter.read()) == repr(expected)
 
 
 @pytest.mark.parametrize('name, resolved', [('~a/b', '/sim/node/a/b'), ('/global', '/global'),
@@ -128,10 +125,6 @@ def test_refusal_names_the_resolved_parameter(server, name, resolved):
     text = refusal(Number, name, 1.0)
     assert text.startswith(f'parameter {resolved} is ')
     assert text.endswith(f'rosparam set {resolved} 1.0')
-
-
-def test_refusal_is_a_value_error():
-    assert issubclass(parameters.ParameterError, ValueError)
 
 
 def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_reading(server, lines):
@@ -155,14 +148,6 @@ def test_secret_is_in_no_log_and_no_error(server, lines):
     assert lines == ['Parameters: /sim/node/token=(hidden)']
 
 
-def test_a_parameter_read_again_is_logged_with_its_latest_value(server, lines):
-    Number('~rate', 10.0).read()
-    server[f'{NODE}/rate'] = 20
-    Number('~rate', 10.0).read()
-    parameters.log_effective()
-    assert lines == ['Parameters: /sim/node/rate=20.0']
-
-
 def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
     server['/sim/scale'] = 'fast'
     text = refusal(Number, 'scale', 2.0)
@@ -183,12 +168,8 @@ SHARED = Table(Boolean('~strafe', False))
 TABLE = Table(Number('~rate', 10.0), SHARED, Text('~folder', Computed('the working directory')))
 
 
-def test_table_has_its_own_and_shared_parameters():
+def test_table_reads_its_own_and_shared_parameters_in_the_order_that_is_asked_for(server):
     assert [parameter.name for parameter in TABLE] == ['~rate', '~strafe', '~folder']
-    assert TABLE['~rate'].default == 10.0
-
-
-def test_table_reads_in_the_order_that_is_asked_for(server):
     server[f'{NODE}/rate'] = 5.0
     assert TABLE.read('~strafe', '~rate') == [False, 5.0]
     assert SHARED.read() == [False]
@@ -203,14 +184,6 @@ def test_default_that_is_computed_has_to_be_given(server):
     with pytest.raises(TypeError, match='default of ~folder, the working directory, has to be given'):
         TABLE.read('~folder')
     assert TABLE['~folder'].read('/tmp') == '/tmp'
-    server[f'{NODE}/folder'] = 5
-    assert refusal(Text, '~folder', '/tmp') in refused(TABLE['~folder'], '/tmp')
-
-
-def refused(parameter, default):
-    with pytest.raises(parameters.ParameterError) as error:
-        parameter.read(default)
-    return str(error.value)
 
 
 def test_values_that_were_read_before_take_the_place_of_the_server(server):

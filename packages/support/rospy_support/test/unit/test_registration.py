@@ -180,16 +180,6 @@ def test_a_master_that_has_learnt_the_name_but_no_service_is_a_new_one(master, w
     assert master.calls == REGISTERED
 
 
-def test_every_return_of_the_master_is_noticed(master, watch):
-    returned = []
-    registration.on_return(lambda: returned.append(None))
-    watch()
-    for times in (1, 2, 3):
-        master.forget()
-        assert until(lambda times=times: len(returned) == times)
-    assert master.calls == REGISTERED * 3
-
-
 def test_absent_master_is_waited_for_and_told_once(master, logged, watch):
     watch()
     assert looked_again(master)
@@ -260,14 +250,6 @@ def test_a_newer_node_of_the_same_name_ends_this_one(master, logged, watch, monk
     assert master.calls == []
 
 
-def test_thread_ends_at_shutdown_and_holds_no_process_up(watch):
-    thread = watch()
-    assert thread.daemon
-    watch.shutdown()
-    thread.join(DEADLINE)
-    assert not thread.is_alive()
-
-
 def test_node_unknown_because_it_is_shutting_down_does_not_register_again(master, watch, monkeypatch):
     monkeypatch.setattr(rospy_internals, 'shutting_down', lambda: True)
     master.forget()
@@ -292,20 +274,22 @@ def test_a_refused_call_of_many_is_named(master):
         registration.values_of([('lookupService', SIGN), ('lookupService', '/none')])
 
 
+OTHER = {'/sim/node/other': 1}
+
+
 @pytest.mark.parametrize('change, left', [
-    (lambda master: None, {'/sim/node/other': 1}),
-    (lambda master: master.parameters.update({'/sim/node/rate': 7.0}), {'/sim/node/rate': 7.0, '/sim/node/other': 1}),
-    (lambda master: master.parameters.pop('/sim/node/name'), {'/sim/node/other': 1}),
-    (lambda master: master.services.update({SIGN: 'rosrpc://localhost:2'}), {**PARAMETERS, '/sim/node/other': 1}),
-    (lambda master: setattr(master, 'uri', 'http://localhost:4712/'), {**PARAMETERS, '/sim/node/other': 1}),
-    (lambda master: master.services.clear(), {**PARAMETERS, '/sim/node/other': 1}),
-], ids=['its own', 'set to something else', 'deleted', 'a newer node has the name', 'a newer node is starting',
-        'a master that does not know it'])
+    ({}, OTHER),
+    ({'parameters': {**PARAMETERS, **OTHER, '/sim/node/rate': 7.0}}, {**OTHER, '/sim/node/rate': 7.0}),
+    ({'parameters': {**OTHER, '/sim/node/rate': 5.0}}, OTHER),  # the name is deleted
+    ({'services': {SIGN: 'rosrpc://localhost:2'}}, {**PARAMETERS, **OTHER}),  # a newer node has the name
+    ({'uri': 'http://localhost:4712/'}, {**PARAMETERS, **OTHER}),  # a newer node is starting
+    ({'services': {}}, {**PARAMETERS, **OTHER}),  # a master that does not know it
+])
 def test_the_end_deletes_what_the_command_line_has_set(master, watch, change, left):
-    master.parameters.update(PARAMETERS, **{'/sim/node/other': 1})
+    master.parameters.update(PARAMETERS, **OTHER)
     master.listed = [], [], [SIGN]
     registration.keep_registered(PARAMETERS, 1000.0)
-    change(master)
+    vars(master).update(change)
     watch.shutdown()
     assert master.parameters == left
 
