@@ -1,12 +1,12 @@
-"""course_grader.demo.plots: the curve is where its values say, and nothing of it beyond the axes."""
+"""course_grader.demo.course_sensors: the curve of a plot is where its values say, and nothing of it beyond the axes."""
 import numpy as np
 import pytest
 
-from course_grader.demo import plots
-from course_grader.demo.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, over_time
+from course_grader.demo import course_sensors
+from course_grader.demo.course_sensors import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, over_time
 
 
-def drawn(values, colour=plots.LINE, tolerance=3):
+def drawn(values, colour=course_sensors.LINE, tolerance=3):
     """Return the rows and columns that have a colour in a plot of 10 s and 0 to 1 m, with the goal at 0.5 m."""
     picture = over_time('title', np.linspace(0.0, 10.0, len(values)), values, 0.5, 10.0, (0.0, 1.0))
     assert picture.shape == (HEIGHT, WIDTH, 3)
@@ -22,7 +22,7 @@ def test_curve_is_at_its_distance_from_the_first_to_the_last_second(metres):
 
 
 def test_line_of_the_goal():
-    rows, columns = drawn([0.9] * 50, plots.GOAL, 60)  # a thin line is blended with the paper
+    rows, columns = drawn([0.9] * 50, course_sensors.GOAL_LINE, 60)  # a thin line is blended with the paper
     assert HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) // 2 in rows and np.ptp(columns) > 0.9 * (WIDTH - LEFT - RIGHT)
 
 
