@@ -34,9 +34,8 @@ from collection.rostests import CHANGE
 from course_grader.classes import submissions
 from course_grader.rules import exercise as exercises
 from plain_support import course, processes
-from unit_support import course_files
+from unit_support import REPOSITORY, course_files
 
-REPOSITORY = Path(__file__).resolve().parents[1]
 DATA = REPOSITORY / 'test' / 'data'
 EXERCISES = course.exercises(REPOSITORY / 'course')
 SOME = {  # exercise: its sample; no two are graded by the same means, or handed in the same way

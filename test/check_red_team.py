@@ -29,8 +29,8 @@ import psutil
 from course_grader.formats import harmless
 from course_grader.isolation import confinement, levels
 from plain_support import course, processes
+from unit_support import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = REPOSITORY / 'packages' / 'grading' / 'course_grader'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
 EXERCISES = course.exercises(REPOSITORY / 'course')

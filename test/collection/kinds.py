@@ -4,9 +4,9 @@ The name of a test is KIND/PATH: unit/test/unit/test_docs.py::test_links, rostes
 in test/cases have no file each; they are parametrized, and the parameter is their name: page/README.md, check/ruff.
 """
 from functools import lru_cache
-from pathlib import Path
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 CASES = REPOSITORY / 'test' / 'cases'
 
 

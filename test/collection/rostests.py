@@ -20,7 +20,7 @@ class RostestFile(pytest.File):
         item, text = Rostest.from_parent(self, name=self.path.stem), self.path.read_text(encoding='utf-8')
         item.add_marker('rostest')
         item.add_marker(pytest.mark.timeout(TIME_LIMIT))
-        if '<!-- nightly: ' in text or '<!-- release: ' in text:
+        if '<!-- nightly: ' in text:
             item.add_marker('nightly')
         yield item
 

@@ -28,8 +28,8 @@ import pictures
 from terminal import Terminal, TerminalError
 
 from plain_support import course
+from rostest_support.node_pages import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 COURSE = REPOSITORY / 'course'
 LEFT_OUT = re.compile(r'git clone |cd turtle_robotont$|\./run test\b')
 LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot')  # may be typed again: changes nothing

@@ -14,8 +14,8 @@ import pytest
 import yaml
 
 from course_page.panels import PORT
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 DOCKERFILE = (REPOSITORY / 'Dockerfile').read_text()
 COMPOSE = yaml.safe_load((REPOSITORY / 'compose.yaml').read_text())
 COURSE = COMPOSE['services']['course']

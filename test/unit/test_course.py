@@ -2,14 +2,13 @@
 import ast
 import itertools
 import os
-import pathlib
 import re
 
 import pytest
 
 from plain_support import course
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = REPOSITORY / 'course'
 STEPS = course.steps(COURSE)
 WITH_PROGRAM = [step for step in STEPS if step.number != '0']

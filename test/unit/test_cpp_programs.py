@@ -7,9 +7,9 @@ import textwrap
 
 import pytest
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 SUPPORT = REPOSITORY / 'packages' / 'support' / 'rospy_support'
 VARIABLE, SWITCH = 'CPLUS_INCLUDE_PATH', 'TURTLE_ROBOTONT_CPP_HEADERS'
 CLEAN = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}

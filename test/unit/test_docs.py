@@ -2,7 +2,6 @@
 import fnmatch
 import functools
 import os
-import pathlib
 import re
 
 import pytest
@@ -10,9 +9,9 @@ import yaml
 
 from course_grader.rules import exercise, reference
 from plain_support.doctor import findings
+from unit_support import REPOSITORY
 from unit_support.course_files import EXERCISES
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
          *sorted(REPOSITORY.glob('course/README.md')),
          *sorted(REPOSITORY.glob('packages/**/README.md'))]

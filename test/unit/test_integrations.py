@@ -8,9 +8,9 @@ import sys
 import pytest
 import yaml
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 FOLDER = REPOSITORY / 'packages' / 'grading' / 'integrations'
 GRADER = '''#!/bin/bash
 python3 -c 'import json, sys; json.dump(sys.argv[1:], open(sys.argv[1], "w"))' "$STARTED" "$@"

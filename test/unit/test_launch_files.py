@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from roslaunch.rlutil import check_roslaunch
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 LEFT_OUT = re.compile(r'course/|test/data/|output/|(.*/)?\.')
 LAUNCH_FILES = sorted(path for path in (found.relative_to(REPOSITORY) for found in REPOSITORY.rglob('*.launch'))
                       if not LEFT_OUT.match(str(path)))

@@ -1,11 +1,11 @@
 """The .lock files, which ./run installs: all required packages, with hashes, for every Python."""
-import pathlib
 import re
 
 import pytest
 from packaging.requirements import Requirement
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 FILES = sorted({*REPOSITORY.glob('*requirements.txt'), *REPOSITORY.glob('[a-z]*/**/*requirements.txt')})
 PYTHONS = '3.8', '3.10', '3.11', '3.12', '3.13', '3.14'  # of Ubuntu 20.04 to Debian testing
 HASH = re.compile(r'--hash=sha256:[0-9a-f]{64}')

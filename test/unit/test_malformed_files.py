@@ -3,7 +3,6 @@
 hypothesis changes the files of this repository: a stretch of the text, or one value in a YAML file or XML element.
 """
 import copy
-import pathlib
 import time
 from xml.etree import ElementTree
 
@@ -17,12 +16,11 @@ from alvar_core.pictures import marker_sequence
 from course_grader.rules import exercise
 from plain_support import documents
 from sim_scene import worlds
+from unit_support import REPOSITORY
 from unit_support.course_files import EXERCISES
 from usb_cam.core import calibration
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 MAX_TEXT = 1000  # characters of an error
 TIME_LIMIT = 20.0  # [s] on a loaded machine, for a refusal that takes far less than 1 s
 CAMERA = marker_sequence.calibration_yaml([500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0], [0.1] + [0.0] * 4)

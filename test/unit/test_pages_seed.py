@@ -1,11 +1,10 @@
 """test/pages/check_seed.py types every command of a text, in its order; course_texts.py finds them."""
-import pathlib
 
 import pytest
 
 from rostest_support import course_texts
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SAMPLE = '''rosrun is explained here
 [user at]:~/a/src$ catkin_create_pkg b rospy
 c Created file b/package.xml Created file b/CMakeLists.txt

@@ -6,7 +6,6 @@ import ast
 import importlib.machinery
 import importlib.util
 import os
-import pathlib
 import re
 import subprocess
 
@@ -26,8 +25,8 @@ from rostest_support.node_pages import (
 from turtle_robotont import params
 from turtle_robotont.driving import shapes
 from turtle_robotont.markers.sightings import AXES
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 LAUNCH_PAGE = (REPOSITORY / 'docs' / 'nodes.md').read_text(encoding='utf-8')
 PROGRAMS_PAGE = (REPOSITORY / 'docs' / 'programs.md').read_text(encoding='utf-8')  # README.md links it

@@ -3,7 +3,6 @@
 Only Debian's ROS and packages that the tests put beside it are there, nothing else of this repository.
 """
 import os
-import pathlib
 import shutil
 import subprocess
 import time
@@ -12,11 +11,10 @@ import xmlrpc.client
 import pytest
 
 from rospy_support.own_master import own_master
+from unit_support import REPOSITORY
 from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
                'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # the programs need only Python
 BUILD_TIMEOUT = 120.0  # [s]; it takes 15

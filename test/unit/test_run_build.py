@@ -1,6 +1,5 @@
 """The workspace of ./run: files that a rebuild keeps, waiting for other builds, and the progress display."""
 import os
-import pathlib
 import signal
 import subprocess
 import sys
@@ -8,10 +7,9 @@ import sys
 import pytest
 
 from rostest_support.waiting import until
+from unit_support import REPOSITORY
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '
 STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" '
 DEADLINE = 30.0  # [s] for what takes less than one

@@ -1,14 +1,13 @@
 """./run COMMAND --help in a clone that has installed nothing: an answer at once, and nothing is made."""
 import os
-import pathlib
 import re
 import subprocess
 
 import pytest
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 FILES = [REPOSITORY / 'run', *(REPOSITORY / 'tools').glob('*.bash')]
 COMMANDS = re.findall(r'^describe (\w+) ', (REPOSITORY / 'run').read_text(encoding='utf-8'), re.MULTILINE)
 

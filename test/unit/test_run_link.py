@@ -1,6 +1,5 @@
 """./run link: linking packages into a catkin workspace of the user; skipped packages; refused folders."""
 import os
-import pathlib
 import re
 import shutil
 import subprocess
@@ -8,9 +7,9 @@ import venv
 
 import pytest
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 ALL_PACKAGES = {path.parent.name: path.parent for pattern in ('packages/**/package.xml', 'test/*/package.xml')
                 for path in REPOSITORY.glob(pattern)}
 ROS = next((folder for folder in (os.environ.get('TURTLE_ROBOTONT_ROS'), '/opt/ros/noetic', '/opt/ros/one')

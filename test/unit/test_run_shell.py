@@ -1,14 +1,13 @@
 """What ./run shell starts: a bash that stays one, whatever the user's ~/.bashrc does."""
 import os
-import pathlib
 import socket
 import subprocess
 
 import pytest
 
-pytestmark = pytest.mark.slow
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow
 WRITE = '. "$0/tools/environment.bash"; ws=$1; mkdir -p "$ws"; write_shell_files'
 
 

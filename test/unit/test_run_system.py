@@ -1,12 +1,12 @@
 """On which systems ./run works: where apt offers the packages, whatever the system is called."""
 import os
-import pathlib
 import shutil
 import subprocess
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 STEP = """repo=$0; . "$0/tools/workspace.bash"; ws=$1 log=$1/run.log ros_dir=
 step 1 'Installing Debian packages' install_packages"""
 CONTAINER = f'in the folder {REPOSITORY}: docker compose run --rm course ./run demo'

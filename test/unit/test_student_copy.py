@@ -1,7 +1,6 @@
 """./run link --without-solutions: what students get has no solution in it, and what it promises works."""
 import ast
 import os
-import pathlib
 import re
 import shutil
 import subprocess
@@ -9,11 +8,10 @@ import subprocess
 import pytest
 
 from plain_support import course
+from unit_support import REPOSITORY
 from unit_support.course_files import COURSE, EXERCISES, programs
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WINDOW = 6  # statements in a row that only a solution has
 BUILD_TIMEOUT = 300.0  # [s]; it takes 40
 

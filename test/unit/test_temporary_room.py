@@ -1,10 +1,10 @@
 """./run where the temporary folder has no room: what needs one gets it in the workspace, and that is said."""
-import pathlib
 import subprocess
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 SCRIPT = '. "$0/tools/environment.bash"; ws=$1; find_temporary_room; echo "$TMPDIR"'
 
 

@@ -1,13 +1,13 @@
 """tools/tree, which runs README's two commands on a bare Debian: its arguments, and what it refuses."""
 import fcntl
 import os
-import pathlib
 import shutil
 import subprocess
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 needs_root = pytest.mark.skipif(os.geteuid() != 0 or not shutil.which('dpkg'), reason='only root of a Debian makes one')
 
 

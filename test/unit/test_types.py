@@ -2,13 +2,13 @@
 import ast
 import configparser
 import importlib
-import pathlib
 import re
 import sys
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from unit_support import REPOSITORY
+
 IGNORED = re.compile(r'#\s*type:\s*ignore.*')
 WITH_REASON = re.compile(r'# type: ignore\[[a-z-]+(, [a-z-]+)*\]  # \S.*')
 

@@ -13,11 +13,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+from unit_support import REPOSITORY
 from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 FOLDERS = {'plain_support': REPOSITORY / 'packages' / 'support' / 'plain_support',
            'kinematic_core': REPOSITORY / 'packages' / 'simulation' / 'kinematic_core',
            'alvar_core': REPOSITORY / 'packages' / 'vision' / 'alvar_core'}

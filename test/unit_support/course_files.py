@@ -1,12 +1,11 @@
 """The exercises of the course and their sample programs, for the tests."""
-import pathlib
 from typing import NamedTuple
 
 import yaml
 
 from plain_support import course
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = REPOSITORY / 'course'
 EXERCISES = course.exercises(COURSE)  # {name: file}
 MISTAKES = REPOSITORY / 'test' / 'data' / 'mistakes.yaml'

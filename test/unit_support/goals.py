@@ -4,7 +4,6 @@ Map and pose are the true ones, so that only planning and following are measured
 robotont_navigation. Units: m, rad, s.
 """
 import math
-import pathlib
 import random
 import time
 from typing import NamedTuple
@@ -23,9 +22,8 @@ from navigation_core.planning.footprint import Footprint
 from navigation_core.planning.local_planner import LocalPlanner, Settings, Velocity
 from navigation_core.planning.navigator import Navigator, Patience, State
 from navigation_core.poses import Pose, wrap
-from unit_support import maze_drive
+from unit_support import REPOSITORY, maze_drive
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 CONFIG = REPOSITORY / 'packages' / 'navigation' / 'robotont_navigation' / 'config'
 RESOLUTION = 0.05  # [m] a cell of the map
 GOALS = 2.6  # [m] they are within +- this of the middle

@@ -1,13 +1,12 @@
 """The packages of this repository: their rooms, the packages that each uses, and its package.xml."""
 import functools
 import os
-import pathlib
 import re
 from xml.etree import ElementTree
 
+from unit_support import REPOSITORY
 from unit_support.imports import imports_of, in_standard_library, nodes_of, strings_in
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
 ORDER = (('support',), ('vision',), ('simulation',), ('robotont', 'navigation'), ('tutorials', 'utilities', 'web'),
          ('grading',), ('test',))

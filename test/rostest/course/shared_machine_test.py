@@ -8,8 +8,8 @@ import tempfile
 import unittest
 
 from rostest_support.common import Process, run, until
+from rostest_support.node_pages import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 WRITE = '. "$0/tools/environment.bash"; ws=$1; write_shell_files'
 IN_WORKSPACE = '. "$0/env.bash"; "$@"'
 FOREIGN = 'ROS_MASTER_URI', 'ROS_HOSTNAME', 'PYTHONPATH', 'CMAKE_PREFIX_PATH'

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Distributed ROS as the course teaches it: robot and laptop as two network namespaces with a cable between them."""
 import os
-import pathlib
 import re
 import subprocess
 import sys
@@ -9,10 +8,11 @@ import unittest
 
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rostest_support.common import Process, run, skip, until
+from rostest_support.node_pages import REPOSITORY
 
 ROBOT, LAPTOP, ELSEWHERE = '10.77.0.1', '10.77.0.2', '10.88.0.9'
 MASTER = f'http://{ROBOT}:11311'
-PAGE = pathlib.Path(__file__).resolve().parents[3] / 'course' / '34_two_machines' / 'README.md'
+PAGE = REPOSITORY / 'course' / '34_two_machines' / 'README.md'
 MARGIN = 1.0  # [s] of a loaded machine, for a stop to be seen
 
 

@@ -1,5 +1,4 @@
 """The package's lists and texts agree with its files."""
-import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -8,8 +7,7 @@ import pytest
 from turtle_robotont.driving import shapes
 from turtle_robotont.driving.control import ENDED, State
 from turtle_robotont.driving.vehicle import LIMITS
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+from unit_support import REPOSITORY
 
 
 def launch_defaults(name):

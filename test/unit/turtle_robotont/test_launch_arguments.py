@@ -1,11 +1,12 @@
 """The arguments of the course's launch files reach its nodes: as parameters, or as the turtle of remapped topics."""
-import pathlib
 
 import pytest
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 
-LAUNCH = pathlib.Path(__file__).resolve().parents[3] / 'launch'
+from unit_support import REPOSITORY
+
+LAUNCH = REPOSITORY / 'launch'
 SPEEDS = {'speed': 4.0, 'turn_speed': 8.0}
 DRAWING = {'shape': 'corners', 'corners': [[4.5, 3.0], [4.5, 5.0]], 'size': 0.7, **SPEEDS}
 

@@ -45,7 +45,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_measurements_score_and_time_each_tool(folder):
     suite_markers._chosen['folder'] = folder
     pool = {}
@@ -64,7 +64,7 @@ def test_measurements_score_and_time_each_tool(folder):
     assert used <= set(pool)
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_classes_are_scored_once_and_shown():
     count = suite_markers.class_scores.PER_CLASS
     pool = suite_markers.MEASUREMENTS['classes'].run(None, count)  # one photo of each class

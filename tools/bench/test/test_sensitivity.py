@@ -38,7 +38,7 @@ class NoFrames:
         return iter(())
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_bad_threshold_shows():
     """The markers of the rendered scenes are found, but for covered ones; a likeness that nothing has finds none."""
     scenes = sensitivity.Scenes(NoFrames(), every=6)

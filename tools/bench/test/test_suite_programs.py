@@ -83,7 +83,7 @@ def test_missing_checkout_is_fetched_and_a_wrong_one_is_refused(public, tmp_path
     assert not (tmp_path / 'checkouts' / 'other').exists()
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_program_runs_to_its_end(public):
     pytest.importorskip('rospy')
     try:

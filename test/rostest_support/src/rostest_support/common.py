@@ -56,9 +56,6 @@ def nightly(method):
     return method
 
 
-release = nightly  # the earlier name
-
-
 def run(*cases):
     """Run, as a rostest node, the methods that args= in the .test file names; without args, run all."""
     owners = {method: case for case in reversed(cases) for method in unittest.defaultTestLoader.getTestCaseNames(case)}

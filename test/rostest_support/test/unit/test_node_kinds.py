@@ -1,10 +1,9 @@
 """The table of node kinds agrees with itself and with the scripts that there are."""
-import pathlib
 import re
 
 from rostest_support import node_kinds
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'index_bag', 'marker_sequence',
              'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
              'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_reconfigure', 'rqt_tf_tree',

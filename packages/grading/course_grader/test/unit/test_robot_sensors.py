@@ -1,6 +1,5 @@
 """course_grader.rules.robot_sensors, and the checks of a robot's sensors."""
 import math
-import pathlib
 
 import pytest
 import yaml
@@ -13,6 +12,7 @@ from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.sectors import SCAN_HEIGHT, split
 from sim_scene.renderer import Renderer
+from unit_support import REPOSITORY
 from unit_support.course_files import EXERCISES
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
@@ -166,8 +166,7 @@ def test_wrong_exercises(changes, said):
 
 def test_the_worlds_of_exercises_are_those_of_the_course():
     """The box of bang-bang is that of world_bangbang.launch."""
-    repository = pathlib.Path(__file__).resolve().parents[5]
-    path = repository / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds' / 'bangbang.yaml'
+    path = REPOSITORY / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds' / 'bangbang.yaml'
     world = yaml.safe_load(path.read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
         assert exercise.load(EXERCISES[name]).world == world

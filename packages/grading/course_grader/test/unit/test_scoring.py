@@ -1,6 +1,5 @@
 """The repository's exercises on what right and wrong nodes did, driven in the real core: scores and their reasons."""
 import math
-import pathlib
 
 import pytest
 import yaml
@@ -11,7 +10,6 @@ from plain_support import course
 from unit_support.course_files import EXERCISES
 from unit_support.graded_turtle import GradedTurtle
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 SERVICE = '/turtle1/gotoPose'
 
 

@@ -1,13 +1,11 @@
 """The packages of sourced workspaces: which commands belong to them, what is found of them, and what is not theirs."""
 import os
-import pathlib
 
 import pytest
 
 from course_grader import usage
 from course_grader.isolation import sourced
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
+from unit_support import REPOSITORY
 
 
 @pytest.fixture

@@ -1,14 +1,13 @@
 """course_grader.rules.suspicions: what may be a mistake where a vehicle does not move as it should."""
 import math
-import pathlib
 
 import pytest
 
 from course_grader.rules import source_mistakes, suspicions
 from course_grader.rules.observation import Command, Observed, Sample
+from unit_support import REPOSITORY
 from unit_support.course_files import programs
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 PUBLISHER = 'pub = rospy.Publisher("/cmd_vel", Twist)\n'
 LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
 

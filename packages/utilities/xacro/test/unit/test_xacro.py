@@ -1,6 +1,5 @@
 """xacro as rosrun and launch files start it: macros, arguments, and packages that rospack knows."""
 import os
-import pathlib
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -8,8 +7,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from robotont_description.urdf import describe
+from unit_support import REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 SCRIPTS = REPOSITORY / 'packages' / 'utilities' / 'xacro' / 'scripts'
 ROBOT = '''<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
   <xacro:arg name="wheels" default="2"/>

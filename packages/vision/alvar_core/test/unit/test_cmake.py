@@ -10,7 +10,7 @@ pytestmark = pytest.mark.slow
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 @pytest.mark.skipif(not shutil.which('cmake'), reason='cmake is not installed')
 def test_pybind11_finds_the_rest_of_python(tmp_path):
     before = tmp_path / 'catkin.cmake'

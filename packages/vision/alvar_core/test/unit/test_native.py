@@ -2,7 +2,6 @@
 import json
 import math
 import os
-import pathlib
 import subprocess
 import sys
 
@@ -21,7 +20,7 @@ from alvar_core.detection.edge_alignment import edge_points, fit_plane
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, black_cells, words_of_numbers
-from unit_support import marker_classes
+from unit_support import REPOSITORY, marker_classes
 
 pytestmark = pytest.mark.slow
 
@@ -48,13 +47,13 @@ def a_square():
 
 
 def found_by(*names, **environment):
-    path = os.pathsep.join([str(pathlib.Path(__file__).parents[5] / 'test'), os.environ.get('PYTHONPATH', '')])
+    path = os.pathsep.join([str(REPOSITORY / 'test'), os.environ.get('PYTHONPATH', '')])
     out = subprocess.run([sys.executable, '-c', FIND, *names], env={**os.environ, 'PYTHONPATH': path, **environment},
                          stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
     return json.loads(out)
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_processors_without_avx2_find_the_same():
     names = 'even', 'blinds', 'bent 10 cm', '13 to 20 px'
     (_, ours), (plain, others) = found_by(*names), found_by(*names, OPENCV_CPU_DISABLE='AVX2')

@@ -8,6 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from unit_support import REPOSITORY
+
 pytestmark = pytest.mark.slow
 
 NATIVE = pathlib.Path(__file__).resolve().parents[2] / 'native'
@@ -49,7 +51,7 @@ print(found)
 '''
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_no_step_leaves_its_memory(tmp_path):
     compiler, include = os.environ.get('CXX', 'c++'), '-I' + sysconfig.get_paths()['include']
 
@@ -64,7 +66,7 @@ def test_no_step_leaves_its_memory(tmp_path):
     # where a program's own code is not C++, libasan needs libstdc++ beside it to see exceptions
     preloaded = [subprocess.check_output([compiler, '-print-file-name=' + name], text=True).strip()
                  for name in ('libasan.so', 'libstdc++.so')]
-    path = os.pathsep.join([str(pathlib.Path(__file__).parents[5] / 'test'), os.environ.get('PYTHONPATH', '')])
+    path = os.pathsep.join([str(REPOSITORY / 'test'), os.environ.get('PYTHONPATH', '')])
     result = subprocess.run([sys.executable, '-c', DETECT, module], capture_output=True, text=True, check=False,
                             timeout=600,
                             env={**os.environ, 'PYTHONPATH': path, 'LD_PRELOAD': ' '.join(preloaded),

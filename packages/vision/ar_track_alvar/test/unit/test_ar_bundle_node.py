@@ -1,5 +1,4 @@
 """ar_track_alvar.bundle_node: reading bundle files, and the examples in the package."""
-import pathlib
 from types import SimpleNamespace
 
 import pytest
@@ -10,8 +9,9 @@ from alvar_core.printing import create_marker
 from ar_track_alvar import bundle_node
 from ar_track_alvar.bundle_node import MIRRORED
 from rospy_support.parameters import ParameterError
+from unit_support import REPOSITORY
 
-FOLDER = pathlib.Path(__file__).resolve().parents[5] / 'packages' / 'vision' / 'ar_track_alvar' / 'bundles'
+FOLDER = REPOSITORY / 'packages' / 'vision' / 'ar_track_alvar' / 'bundles'
 EXAMPLES = sorted(FOLDER.glob('*.xml'))
 
 

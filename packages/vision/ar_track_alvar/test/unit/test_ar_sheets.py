@@ -1,5 +1,4 @@
 """The sheets in markers/ show the markers that their names and the bundle files say."""
-import pathlib
 
 import cv2
 import pytest
@@ -7,8 +6,9 @@ import pytest
 from alvar_core import bundles
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
+from unit_support import REPOSITORY
 
-FOLDER = pathlib.Path(__file__).parents[5] / 'packages' / 'vision' / 'ar_track_alvar'
+FOLDER = REPOSITORY / 'packages' / 'vision' / 'ar_track_alvar'
 EDGE, SIDE = 60, 166  # [px] of white around; of a marker of 4.4 cm, at 96 px for each inch
 
 

@@ -40,9 +40,10 @@ from rostest_support.common import (
     skip,
     until,
 )
+from rostest_support.node_pages import REPOSITORY
 
 SERVER = roslib.packages.find_node('course_page', 'browser')[0]
-BROWSER_PAGE = pathlib.Path(__file__).resolve().parents[5] / 'docs/browser.md'
+BROWSER_PAGE = REPOSITORY / 'docs/browser.md'
 FAVICON = 'location = /favicon.ico { return 204; }'  # Chromium asks for it beside a picture, sooner or later
 NGINX = """daemon off; pid {0}/pid; events {{}}
 http {{

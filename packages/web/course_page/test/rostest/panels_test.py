@@ -29,10 +29,11 @@ from plain_support import course
 from rospy_support import images
 from rostest_support import browser
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, run, skip, until
+from rostest_support.node_pages import REPOSITORY
 
 SIZES = (1440, 900, False, False), (844, 390, True, False), (390, 844, True, True)  # width, height [px], touch, dark
 ARROW_RIGHT = '\ue014'  # of WebDriver
-COURSE = pathlib.Path(__file__).resolve().parents[5] / 'course'
+COURSE = REPOSITORY / 'course'
 STEPS, SOLUTION = course.steps(COURSE), COURSE / '01_publish_circle' / 'publish_circle.py'
 GRADING = 200.0  # [s] of wall time; an idle machine takes 10
 TAB = '\ue004'  # of WebDriver

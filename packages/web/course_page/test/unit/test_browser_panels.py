@@ -2,7 +2,6 @@
 import functools
 import http.server
 import json
-import pathlib
 import re
 import threading
 
@@ -10,9 +9,9 @@ import pytest
 
 from plain_support import course
 from rostest_support import browser
+from unit_support import REPOSITORY
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)]
-REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 COURSE = course.steps(REPOSITORY / 'course')
 POSE = {'type': 'turtlesim/Pose', 'fieldnames': ['x', 'y'], 'fieldtypes': ['float32', 'float32'],
         'fieldarraylen': [-1, -1]}

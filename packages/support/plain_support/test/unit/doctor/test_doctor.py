@@ -5,7 +5,6 @@ is left out for others.
 """
 import json
 import os
-import pathlib
 import re
 import shlex
 import subprocess
@@ -19,11 +18,10 @@ from kinematic_core.worlds.turtle_world import BACKGROUND
 from plain_support.doctor import cli, findings, system_checks
 from plain_support.doctor.cli import CHECKS
 from plain_support.doctor.machine import Machine
+from unit_support import REPOSITORY
 from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[6]
 IS_ROOT = os.geteuid() == 0
 NAMESPACES = ['unshare', '-pfnm' if IS_ROOT else '-rpfnm', '--mount-proc', '--kill-child']
 PORT = 12399

@@ -114,7 +114,7 @@ def test_a_part_of_a_bent_marker_is_not_read_as_another_one():
             if found.id != shot.frame['markers'][0]['id']] == []
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_a_marker_that_no_paper_explains_is_doubtful():
     doubtful = 0
     for number in range(12):

@@ -83,7 +83,7 @@ def test_said_errors_are_those_that_occur():
     assert ((np.array(ratios) ** 2).mean(0) == pytest.approx(1, abs=0.7))
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_small_frontal_markers_whose_tilt_is_ambiguous():
     """Seen from far away, half of the single poses are flips; together they are not."""
     board = {number: (np.eye(3), np.array([0.07 * (number % 3), 0.07 * (number // 3), 0.0])) for number in range(6)}
@@ -94,7 +94,7 @@ def test_small_frontal_markers_whose_tilt_is_ambiguous():
     assert shift < 3 and turn < 5
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_wrong_marker_in_some_images_does_no_harm():
     """In a quarter of its images marker 2 is one that lies somewhere else; in all of them: a note names it."""
     for share, named in ((0.25, False), (0.6, True)):
@@ -158,7 +158,7 @@ def test_too_few_images(ids, said):
         training.solve()
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_images_of_two_cameras_count_together():
     other = Camera([900.0, 0, 640, 0, 950.0, 360, 0, 0, 1])
     training, rng = Training(tuple(BOX), SIZE), np.random.default_rng(4)

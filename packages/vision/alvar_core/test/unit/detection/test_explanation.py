@@ -12,10 +12,10 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.explanation import FOUND, RANKS, Candidate, Explanation, explain
-from unit_support import marker_score
+from unit_support import REPOSITORY, marker_score
 
 HERE = pathlib.Path(__file__).resolve()
-FRAMES = HERE.parents[6] / 'test' / 'data' / 'alvar'
+FRAMES = REPOSITORY / 'test' / 'data' / 'alvar'
 CORE = HERE.parents[3]
 BLACK, PAPER, GROUND = 20, 230, 110
 CAMERA = default_camera()
@@ -122,7 +122,7 @@ def test_image_without_anything():
     assert 'nor anywhere else' in result.at((10, 10))
 
 
-@pytest.mark.release
+@pytest.mark.nightly
 def test_frames_are_explained_as_they_are_detected():
     truth = json.loads((FRAMES / 'frames.json').read_text())
     cameras, detector, stages = marker_score.cameras_of(truth), Detector(1.0), set()

@@ -13,12 +13,12 @@ import pytest
 from alvar_core import markers_cli
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from unit_support import marker_score
+from unit_support import REPOSITORY, marker_score
 
 pytestmark = pytest.mark.slow
 
 HERE = pathlib.Path(__file__).resolve()
-PART = HERE.parents[6] / 'test' / 'data' / 'alvar'
+PART = REPOSITORY / 'test' / 'data' / 'alvar'
 PLACES = [pathlib.Path(os.environ.get('ALVAR_FRAMES') or '/dev/null'),
           *(folder / 'shared' / 'alvar_frames' for folder in HERE.parents)]
 WHOLE = next((folder for folder in PLACES if (folder / 'frames.json').exists()), None)

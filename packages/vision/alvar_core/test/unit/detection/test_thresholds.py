@@ -7,8 +7,9 @@ import pytest
 
 import sensitivity
 from alvar_core.detection import thresholds
+from unit_support import REPOSITORY
 
-TABLE = pathlib.Path(__file__).resolve().parents[6] / 'docs' / 'marker_thresholds.md'
+TABLE = REPOSITORY / 'docs' / 'marker_thresholds.md'
 FOLDER = pathlib.Path(thresholds.__file__).parent
 NAMES = {name for name in vars(thresholds) if name.isupper()}
 NO_THRESHOLDS = {
