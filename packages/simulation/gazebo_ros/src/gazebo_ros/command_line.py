@@ -1,7 +1,10 @@
 """The command line of gzserver, and the folders of worlds and models."""
+from __future__ import annotations
+
 import argparse
 import os
 import re
+from typing import Sequence
 
 import rospkg
 
@@ -10,7 +13,7 @@ WORLDS = 'GAZEBO_RESOURCE_PATH'
 DEFAULT_WORLD = 'worlds/empty.world'
 
 
-def read(arguments):
+def read(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options ``world`` and ``paused``; those of Gazebo that have no effect here are accepted."""
     parser = argparse.ArgumentParser(prog='gzserver', description='The simulator behind the names of Gazebo.')
     parser.add_argument('world', nargs='?', default=DEFAULT_WORLD, help='a .world, .sdf or .yaml file, or a name')
@@ -25,17 +28,17 @@ def read(arguments):
     return options
 
 
-def world_folders():
+def world_folders() -> list[str]:
     """Return the folders in which worlds are searched by name: Gazebo's own, then those of the simulators here."""
     packages = rospkg.RosPack()
     own = [os.path.join(packages.get_path(name), 'worlds') for name in ('gazebo_ros', 'robotont_gazebo')]
     return [*_entries(WORLDS), *own]
 
 
-def model_folders():
+def model_folders() -> list[str]:
     """Return the folders in which models are searched: those that packages export to gazebo_ros, and Gazebo's own."""
     packages = rospkg.RosPack()
-    folders = []
+    folders: list[str] = []
     for name in packages.list():
         path = packages.get_path(name)
         for exported in EXPORT.findall(_manifest(path)):
@@ -43,7 +46,7 @@ def model_folders():
     return [*folders, os.path.expanduser('~/.gazebo/models')]
 
 
-def _manifest(folder):
+def _manifest(folder: str) -> str:
     """Return the text of the package.xml in a folder, '' if there is none: old packages have a manifest.xml."""
     try:
         with open(os.path.join(folder, 'package.xml'), encoding='utf-8', errors='replace') as file:
@@ -52,5 +55,5 @@ def _manifest(folder):
         return ''
 
 
-def _entries(variable):
+def _entries(variable: str) -> list[str]:
     return [entry for entry in os.environ.get(variable, '').split(':') if entry]

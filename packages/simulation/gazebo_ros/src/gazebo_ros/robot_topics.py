@@ -3,15 +3,23 @@
 Threading contract: commands arrive in rospy's threads, which take the lock of the world; ``publish`` is called with
 that lock held, in the thread that steps. The constructor and ``close`` call the master, and take no lock.
 """
+from __future__ import annotations
+
+import threading
+from typing import Any, Callable, Sequence
+
 import numpy as np
 import rosgraph.names
 import rospy
 from gazebo_msgs.msg import ContactsState, ContactState
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, LaserScan, Range
 
-from gazebo_ros.core.vehicle import angles
+from gazebo_ros.core.gazebo_world import GazeboWorld
+from gazebo_ros.core.robots import Contact, Drive, Laser, Motion
+from gazebo_ros.core.vehicle import Vehicle, angles
+from kinematic_core.worlds.floor_plan import Cylinder, FloorPlan
 from kinematic_core.worlds.rays import RayCaster
 from plain_support import InvalidInput
 from rospy_support.rotations import to_quaternion
@@ -28,11 +36,11 @@ EPSILON = 1e-6  # [s]
 class Schedule:
     """The schedule of an event with a rate [Hz] of simulated time; a rate of 0 means every step."""
 
-    def __init__(self, rate):
+    def __init__(self, rate: float) -> None:
         self._period = 1.0 / rate if rate > 0.0 else 0.0
         self._next = 0.0
 
-    def due(self, time):
+    def due(self, time: float) -> bool:
         """Return whether the event is due at ``time`` [s]; if so, the next one is due one period later."""
         if time < self._next - EPSILON:
             return False
@@ -43,7 +51,7 @@ class Schedule:
 class RobotTopics:
     """Publishers and subscriber of a vehicle.Vehicle."""
 
-    def __init__(self, vehicle, lock, seed, note):
+    def __init__(self, vehicle: Vehicle, lock: threading.Lock, seed: int, note: Callable[..., object]) -> None:
         """Register everything; ``lock`` guards the vehicle, ``seed`` is that of the noise.
 
         ``note(name, event, *values, request=message)`` records a command, with the lock held.
@@ -51,13 +59,12 @@ class RobotTopics:
         self._vehicle, self._lock, self._note = vehicle, lock, note
         self._random = np.random.default_rng(seed)
         self._refusals = WallThrottle(WARNING_PERIOD)
-        self._casters = []
-        self._plan = None
+        self._casters: list[RayCaster] = []
+        self._plan: FloorPlan | None = None
         robot, drive = vehicle.robot, vehicle.robot.drive
-        self.prefix = {space: _prefix(space) for space in {
-            part.namespace for part in (*([drive] if drive else []), *robot.lasers, *robot.cameras, *robot.motions,
-                                        *robot.contacts)}}
-        self._registered = []
+        parts: list[Any] = [*([drive] if drive else []), *robot.lasers, *robot.cameras, *robot.motions, *robot.contacts]
+        self.prefix = {space: _prefix(space) for space in {part.namespace for part in parts}}
+        self._registered: list[Any] = []
         if drive:
             self._drive_schedule = Schedule(drive.rate)
             self._command_topic = _topic(drive.namespace, drive.command)
@@ -76,19 +83,20 @@ class RobotTopics:
             self._registered.append(rospy.Subscriber(self._command_topic, Twist, self._command, queue_size=1,
                                                      tcp_nodelay=True))
 
-    def close(self):
+    def close(self) -> None:
         for each in self._registered:
             each.unregister()
 
-    def set_plan(self, plan):
+    def set_plan(self, plan: FloorPlan) -> None:
         self._plan, self._casters = plan, []
 
-    def publish(self, world, now):
+    def publish(self, world: GazeboWorld, now: rospy.Time) -> list[TransformStamped]:
         """Publish all due messages; return the due transforms. ``world`` is a GazeboWorld, ``now`` the stamp."""
         vehicle = self._vehicle
-        transforms = []
-        if vehicle.robot.drive and self._drive_schedule.due(world.time):
-            transforms = self._publish_drive(now)
+        transforms: list[TransformStamped] = []
+        drive = vehicle.robot.drive
+        if drive and self._drive_schedule.due(world.time):
+            transforms = self._publish_drive(drive, now)
         others = None
         for number, (laser, schedule, publisher) in enumerate(self._lasers):
             if schedule.due(world.time) and publisher.wanted():
@@ -105,16 +113,16 @@ class RobotTopics:
                 publisher.publish(self._touches(contact, now))
         return transforms
 
-    def _publisher(self, namespace, topic, kind):
+    def _publisher(self, namespace: str, topic: str, kind: type) -> LatestPublisher:
         publisher = LatestPublisher(_topic(namespace, topic), kind)
         self._registered.append(publisher)
         return publisher
 
-    def _frame(self, namespace, name):
+    def _frame(self, namespace: str, name: str) -> str:
         return prefixed(self.prefix[namespace], name)
 
-    def _publish_drive(self, now):
-        vehicle, drive = self._vehicle, self._vehicle.robot.drive
+    def _publish_drive(self, drive: Drive, now: rospy.Time) -> list[TransformStamped]:
+        vehicle = self._vehicle
         frame, child = (self._frame(drive.namespace, name) for name in (drive.odometry_frame, drive.base_frame))
         pose = vehicle.odometry
         if drive.publishes_odometry and self._odometry.wanted():
@@ -123,8 +131,9 @@ class RobotTopics:
             self._wheel_states.publish(self._joint_states((*drive.left, *drive.right), now))
         return [messages.base_transform(now, frame, child, pose)] if drive.publishes_transform else []
 
-    def _publish_laser(self, laser, number, publisher, others, now):
-        if not self._casters:
+    def _publish_laser(self, laser: Laser, number: int, publisher: LatestPublisher, others: Sequence[Cylinder],
+                       now: rospy.Time) -> None:
+        if not self._casters and self._plan is not None:
             self._casters = [RayCaster(self._plan, each.mount.z, angles(each)) for each, _, _ in self._lasers]
         ranges = self._vehicle.scan(laser, self._casters[number], others)
         if laser.noise:
@@ -144,12 +153,12 @@ class RobotTopics:
         message.header.stamp, message.header.frame_id = now, frame
         publisher.publish(message)
 
-    def _pose(self, motion, now):
+    def _pose(self, motion: Motion, now: rospy.Time) -> Odometry:
         vehicle = self._vehicle
         return messages.odometry(now, self._frame(motion.namespace, motion.frame), motion.base, vehicle.pose,
                                  vehicle.twist)
 
-    def _imu(self, motion, now):
+    def _imu(self, motion: Motion, now: rospy.Time) -> Imu:
         vehicle = self._vehicle
         message = Imu(orientation=to_quaternion(0.0, 0.0, vehicle.pose.yaw))
         message.header.stamp, message.header.frame_id = now, self._frame(motion.namespace, motion.frame)
@@ -158,10 +167,10 @@ class RobotTopics:
         message.linear_acceleration.z = GRAVITY
         return message
 
-    def _joint_states(self, names, now):
+    def _joint_states(self, names: Sequence[str], now: rospy.Time) -> JointState:
         """Return the JointState of joints: angles of wheels, 0 of all others."""
         vehicle, drive = self._vehicle, self._vehicle.robot.drive
-        sides = {}
+        sides: dict[str, int] = {}
         if drive:
             for side, joints in enumerate((drive.left, drive.right)):
                 sides.update(dict.fromkeys(joints, side))
@@ -172,14 +181,14 @@ class RobotTopics:
         message.header.stamp = now
         return message
 
-    def _touches(self, contact, now):
+    def _touches(self, contact: Contact, now: rospy.Time) -> ContactsState:
         message = ContactsState()
         message.header.stamp, message.header.frame_id = now, self._frame(contact.namespace, contact.frame)
         if self._vehicle.touching:
             message.states = [ContactState(info='the robot touches an obstacle', collision1_name=self._vehicle.name)]
         return message
 
-    def _command(self, twist):
+    def _command(self, twist: Twist) -> None:
         try:
             with self._lock:
                 velocity = twist.linear.x, twist.linear.y, twist.angular.z
@@ -190,12 +199,12 @@ class RobotTopics:
                                 refusal)
 
 
-def _topic(namespace, name):
+def _topic(namespace: str, name: str) -> str:
     """Return the full name of a topic, as a NodeHandle of a plugin makes it: relative to the root, not to this node."""
     return rosgraph.names.ns_join('/' + namespace.strip('/'), name)
 
 
-def _prefix(namespace):
+def _prefix(namespace: str) -> str:
     """Return the tf_prefix that is set in a namespace or above it; '' if there is none."""
     space = '/' + namespace.strip('/')
     while True:
@@ -207,6 +216,6 @@ def _prefix(namespace):
         space = space.rpartition('/')[0] or '/'
 
 
-def prefixed(prefix, frame):
+def prefixed(prefix: str, frame: str) -> str:
     """Return the name of a frame with a prefix, as tf::resolve does: a name that begins with / has none."""
     return frame[1:] if frame.startswith('/') else f'{prefix}/{frame}' if prefix else frame

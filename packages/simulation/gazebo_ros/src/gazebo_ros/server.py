@@ -5,12 +5,17 @@ robots and publishes. Commands and messages on ``~set_model_state`` arrive in ro
 under ``_lock``, that of ``_shared``. Topics of a new robot are registered in the thread of FrameServices, so that no
 step waits for them. Cameras are rendered by another process (cameras.py), which is started with the first one.
 """
+from __future__ import annotations
+
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
 from functools import partial
+from typing import Any, Callable, Generator, Iterable, Sequence
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import roslib.packages
@@ -37,9 +42,11 @@ from tf2_msgs.msg import TFMessage
 from gazebo_ros import command_line
 from gazebo_ros.core import model_files
 from gazebo_ros.core.gazebo_world import FLOOR, GazeboWorld
+from gazebo_ros.core.robots import Robot
 from gazebo_ros.core.vehicle import DT
 from gazebo_ros.robot_topics import RobotTopics, Schedule
 from kinematic_core.worlds import world_format
+from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput, processes
 from rospy_support import parameters, reachability
 from rospy_support.parameters import Table
@@ -65,7 +72,8 @@ PACKAGE = re.compile(r'(?:package|model)://([\w.-]+)/')
 class GazeboNode:
     """Gazebo's interface on a GazeboWorld."""
 
-    def __init__(self, world, warnings, connection=None, paused=False):
+    def __init__(self, world: GazeboWorld, warnings: Iterable[str], connection: socket.socket | None = None,
+                 paused: bool = False) -> None:
         """Register everything. Call ``init_simulator`` first.
 
         ``connection``: a socket for a ParentLink; ``paused``: start paused, whatever the parameter says.
@@ -78,9 +86,9 @@ class GazeboNode:
                                      lambda refusal: rospy.logwarn('Refused a service call: %s', refusal))
         self._shared.record_if_asked()
         self._lock = self._shared.lock
-        self._topics = {}  # model: its RobotTopics
-        self._elements = {}  # model: the Element of its SDF
-        self._cameras = None  # the process
+        self._topics: dict[str, RobotTopics] = {}  # model: its RobotTopics
+        self._elements: dict[str, Element] = {}  # model: the Element of its SDF
+        self._cameras: subprocess.Popen[bytes] | None = None  # the process
         self._camera_schedule = Schedule(CAMERA_RATE)
         self._transform = LatestPublisher('/tf', TFMessage)
         self._link_states = LatestPublisher('~link_states', LinkStates)
@@ -94,7 +102,7 @@ class GazeboNode:
         self._publish_scene()
         parameters.log_effective()
 
-    def add_from_world(self, found):
+    def add_from_world(self, found: Iterable[model_files.Found]) -> None:
         """Add the models of a world file, a list of model_files.Found."""
         for name, element, pose, folder in found:
             if name == FLOOR:  # every world has one here
@@ -109,20 +117,20 @@ class GazeboNode:
                 rospy.logwarn('The model %s is left out: %s', name, refusal)
         self._publish_scene()
 
-    def add_robot(self, name, description, pose):
+    def add_robot(self, name: str, description: str, pose: Pose2D) -> None:
         """Add a robot, a URDF, at a Pose2D, with topics in the namespace of its name; raise InvalidInput."""
         self._elements[name] = model_files.parse(description)
         self._report(name, self._world.add(self._elements[name], name, _matrix(pose, 0.0), name))
         self._topics[name] = self._make_topics(name)
         self._publish_scene()
 
-    def run(self):
+    def run(self) -> None:
         try:
             self._clock.run(self._step)
         finally:
             self._shared.end_recording()
 
-    def _offer(self):
+    def _offer(self) -> None:
         services = self._clock.services
         services.add('~spawn_urdf_model', SpawnModel, self._spawn)
         services.add('~spawn_sdf_model', SpawnModel, self._spawn)
@@ -132,7 +140,7 @@ class GazeboNode:
         services.add('~get_physics_properties', GetPhysicsProperties, self._get_physics)
         services.add('~set_physics_properties', SetPhysicsProperties, self._set_physics)
 
-    def _step(self):
+    def _step(self) -> None:
         now = rospy.Time.now()
         with self._lock:
             world = self._world
@@ -141,7 +149,7 @@ class GazeboNode:
             self._shared.record_step(next(iter(poses.values()), None))
             if self._parent:
                 self._parent.moved(world.steps, poses)
-            transforms = []
+            transforms: list[Any] = []
             for name, topics in self._topics.items():
                 if name in world.vehicles:
                     transforms += topics.publish(world, now)
@@ -159,7 +167,7 @@ class GazeboNode:
 
     # ------------------------------------------------------------------------------------------------ services
 
-    def _spawn(self, request):
+    def _spawn(self, request: Any) -> Generator[Callable[[], Any], Any, SpawnModelResponse]:
         try:
             element = model_files.parse(_with_paths(request.model_xml))
             with self._lock:
@@ -180,7 +188,7 @@ class GazeboNode:
         self._publish_scene()
         return SpawnModelResponse(True, SPAWNED)
 
-    def _delete(self, request):
+    def _delete(self, request: Any) -> Generator[Callable[[], Any], Any, DeleteModelResponse]:
         try:
             with self._lock:
                 self._world.remove(request.model_name)
@@ -194,7 +202,7 @@ class GazeboNode:
         self._publish_scene()
         return DeleteModelResponse(True, 'DeleteModel: successfully deleted model')
 
-    def _get_link_state(self, request):
+    def _get_link_state(self, request: Any) -> GetLinkStateResponse:
         try:
             with self._lock:
                 state = self._world.state(request.link_name, request.reference_frame)
@@ -203,7 +211,7 @@ class GazeboNode:
         return GetLinkStateResponse(LinkState(request.link_name, *pose_and_twist(state), request.reference_frame),
                                     True, '')
 
-    def _place(self, name, pose, frame, request):
+    def _place(self, name: str, pose: Pose2D, frame: str, request: Any) -> None:
         with self._lock:
             there = self._world.in_world(pose, frame)
             self._world.put(name, there)
@@ -212,7 +220,7 @@ class GazeboNode:
         if moved:
             self._publish_scene()
 
-    def _get_model_properties(self, request):
+    def _get_model_properties(self, request: Any) -> GetModelPropertiesResponse:
         with self._lock:
             if request.model_name not in self._world.names():
                 return GetModelPropertiesResponse(success=False,
@@ -225,17 +233,17 @@ class GazeboNode:
                 canonical_body_name=bodies[0] if bodies else '', body_names=bodies, joint_names=joints,
                 is_static=request.model_name not in self._world.vehicles, success=True)
 
-    def _get_physics(self, _):
+    def _get_physics(self, _: Any) -> GetPhysicsPropertiesResponse:
         response = GetPhysicsPropertiesResponse(time_step=DT, pause=self._clock.paused, max_update_rate=1.0 / DT,
                                                 success=True)
         response.gravity.z = -9.8
         return response
 
     @staticmethod
-    def _set_physics(_):
+    def _set_physics(_: Any) -> SetPhysicsPropertiesResponse:
         return SetPhysicsPropertiesResponse(False, f'nothing is changed: a step is {DT:g} s, and nothing falls here')
 
-    def _reset(self, request):
+    def _reset(self, request: Any) -> None:
         with self._lock:
             self._world.reset()
             self._shared.note('reset', request=request)
@@ -243,14 +251,14 @@ class GazeboNode:
 
     # ------------------------------------------------------------------------------------------------ robots
 
-    def _make_topics(self, name):
+    def _make_topics(self, name: str) -> RobotTopics:
         return RobotTopics(self._world.vehicles[name], self._lock, self._numbers.getrandbits(64), self._note)
 
-    def _note(self, name, event, *values, request):
+    def _note(self, name: str, event: str, *values: float, request: Any) -> None:
         """Record an event of a model; the caller must hold the lock. A name may be any text."""
         self._shared.note(f'{NOT_OF_A_NAME.sub("?", name)}/{event}', *values, request=request)
 
-    def _report(self, name, warnings):
+    def _report(self, name: str, warnings: Iterable[str]) -> None:
         """Log which parts of a model are simulated, and which are not."""
         vehicle = self._world.vehicles.get(name)
         if vehicle:
@@ -258,7 +266,7 @@ class GazeboNode:
         for warning in warnings:
             rospy.logwarn('%s: %s', name, warning)
 
-    def _publish_scene(self):
+    def _publish_scene(self) -> None:
         """Send the current scene to cameras and laser scanners; start the cameras with the first one."""
         with self._lock:
             plan, vehicles = self._world.plan, dict(self._world.vehicles)
@@ -273,29 +281,29 @@ class GazeboNode:
         if cameras and not self._cameras:
             self._start_cameras()
 
-    def _start_cameras(self):
+    def _start_cameras(self) -> None:
         found = roslib.packages.find_node('gazebo_ros', CAMERAS)
         environment = dict(os.environ, ROS_NAMESPACE=rospy.get_namespace())
         self._cameras = subprocess.Popen([sys.executable, found[0], f'_server:={rospy.get_name()}'], env=environment,
                                          preexec_fn=partial(processes.end_with_parent, parent=os.getpid()))
 
-    def _watch_cameras(self):
+    def _watch_cameras(self) -> None:
         if self._cameras and self._cameras.poll() is not None and not rospy.is_shutdown():
             rospy.logerr('The cameras ended with exit code %d; the robots go on without them.',
                          self._cameras.returncode)
             self._cameras = None
 
-    def _end_cameras(self):
+    def _end_cameras(self) -> None:
         if self._cameras:
             self._cameras.terminate()
 
 
-def _fields(pose):
+def _fields(pose: Pose2D | None) -> list[str]:
     """Return a Pose2D as fields of a recording, empty ones for None."""
     return [f'{value:.9g}' for value in pose] if pose else [''] * len(RECORDED)
 
 
-def _summary(robot):
+def _summary(robot: Robot) -> str:
     """Return a line about a Robot: how it drives, what it senses, and its size."""
     drive = robot.drive
     kind = 'no drive' if drive is None else 'two wheels' if drive.separation else 'drives in any direction'
@@ -304,11 +312,11 @@ def _summary(robot):
     return f'{kind}, {", ".join(sensors) or "no laser and no camera"}; a disc of radius {robot.radius:.2f} m'
 
 
-def _with_paths(xml):
+def _with_paths(xml: str) -> str:
     """Return the text of a model with package://NAME/ written as the path of that package, if there is one."""
     packages = rospkg.RosPack()
 
-    def path(match):
+    def path(match: re.Match[str]) -> str:
         try:
             return f'file://{packages.get_path(match.group(1))}/'
         except rospkg.ResourceNotFound:
@@ -316,13 +324,13 @@ def _with_paths(xml):
     return PACKAGE.sub(path, xml)
 
 
-def _matrix(pose, z):
+def _matrix(pose: Pose2D, z: float) -> np.ndarray:
     """Return the matrix (4, 4) of a Pose2D at a height ``z`` [m]."""
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     return np.array([[cos, -sin, 0.0, pose.x], [sin, cos, 0.0, pose.y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
 
 
-def main(connection=None, robots=()):
+def main(connection: socket.socket | None = None, robots: Sequence[tuple[str, str, Pose2D]] = ()) -> None:
     """Run the node gazebo; ``connection``: that of a ParentLink; ``robots``: [(name, URDF, Pose2D)], in namespaces."""
     options = command_line.read(rospy.myargv()[1:])
     require_alone(NAME, world=WORLD)

@@ -1,6 +1,9 @@
 """The program spawn_model: adds a robot or an object to the world of the node gazebo, then exits."""
+from __future__ import annotations
+
 import argparse
 import sys
+from typing import Sequence
 
 import rospy
 from gazebo_msgs.msg import ModelStates
@@ -15,7 +18,7 @@ PATIENCE = 5.0  # [s] after which it says that it waits for the simulator
 INCLUDE = '<sdf version="1.4"><world name="default"><include><uri>model://{}</uri></include></world></sdf>'
 
 
-def main():
+def main() -> None:
     """Spawn a model; end with 1 if that fails."""
     options = _options(rospy.myargv()[1:])
     nodes.init_node('spawn_model', anonymous=True)
@@ -38,8 +41,8 @@ def main():
         rospy.spin()
 
 
-def _options(arguments):
-    parser = argparse.ArgumentParser(prog='spawn_model', description=main.__doc__.partition(';')[0] + '.')
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='spawn_model', description='Spawn a model.')
     kind = parser.add_mutually_exclusive_group(required=True)
     kind.add_argument('-urdf', action='store_true', help='the model is URDF')
     kind.add_argument('-sdf', action='store_true', help='the model is SDF')
@@ -64,7 +67,7 @@ def _options(arguments):
     return parser.parse_args(arguments)
 
 
-def _text(options):
+def _text(options: argparse.Namespace) -> str:
     """Return the URDF or SDF; end the program with a text if there is none."""
     if options.database:
         return INCLUDE.format(options.database)
@@ -84,13 +87,13 @@ def _text(options):
     return text
 
 
-def _pose(options):
+def _pose(options: argparse.Namespace) -> Pose:
     pose = Pose(orientation=Quaternion(*quaternion_from_euler(options.R, options.P, options.Y)))
     pose.position.x, pose.position.y, pose.position.z = options.x, options.y, options.z
     return pose
 
 
-def _wait_for(service):
+def _wait_for(service: str) -> None:
     try:
         rospy.wait_for_service(service, PATIENCE)
     except rospy.ROSException:
@@ -98,7 +101,7 @@ def _wait_for(service):
         rospy.wait_for_service(service)
 
 
-def _wait_for_model(options):
+def _wait_for_model(options: argparse.Namespace) -> None:
     rospy.loginfo('Waiting for the model %s.', options.wait)
     while options.wait not in rospy.wait_for_message(f'{options.gazebo_namespace}/model_states', ModelStates).name:
         pass
