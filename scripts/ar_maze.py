@@ -37,8 +37,8 @@ class ArMaze:
         self.tour.see(seen)
         if not self.log_rate or rospy.get_time() - self.printed >= 1.0 / self.log_rate:
             self.printed = rospy.get_time()
-            for place in seen:
-                rospy.loginfo('Detected marker with ID %d, distance: %.3f m', place.id, place.distance)
+            for marker in seen:
+                rospy.loginfo('Detected marker with ID %d, distance: %.3f m', marker.id, marker.distance)
             if not seen:
                 rospy.loginfo('No AR markers detected.')
 

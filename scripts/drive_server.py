@@ -30,7 +30,7 @@ class DriveServer:
         answer = DriveToResponse(position_error=math.nan, heading_error=math.nan)
         try:
             goal = require_goal(request.x, request.y, request.theta if request.use_heading else None)
-            nearness = asked('tolerance', request.tolerance, TOLERANCES, 'm', TOLERANCE.position)
+            nearness = allowed_or_default('tolerance', request.tolerance, TOLERANCES, 'm', TOLERANCE.position)
             drive = GoTo(self.driver.ready(), goal, self.limits(request.speed), TOLERANCE._replace(position=nearness))
             _, answer.elapsed = self.driver.drive(drive)
             answer.arrived, answer.reason = drive.state is State.ARRIVED, drive.reason
@@ -58,7 +58,7 @@ class DriveServer:
         return answer
 
     def limits(self, speed):
-        return Limits(asked('speed', speed, SPEEDS, 'm/s', self.speed), self.turn_speed)
+        return Limits(allowed_or_default('speed', speed, SPEEDS, 'm/s', self.speed), self.turn_speed)
 
     def log(self, what, done, answer):
         if done:
@@ -67,7 +67,7 @@ class DriveServer:
             rospy.logwarn('%s: %s', what, answer.reason)
 
 
-def asked(name, value, allowed, unit, default):
+def allowed_or_default(name, value, allowed, unit, default):
     """Return a value of a request, the default for 0; raise InvalidInput unless it is allowed."""
     low, high = allowed
     if value and not low <= value <= high:

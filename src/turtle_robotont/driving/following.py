@@ -50,9 +50,9 @@ class Follower:
     def see(self, sightings: Sequence[Sighting]) -> None:
         """Process all Sightings of one message, if any; of several with the followed id, the nearest counts."""
         self._heard = True
-        mine = [sighting for sighting in sightings if sighting.id == self.marker_id]
-        if mine:
-            self.sighting, self._seen = min(mine, key=lambda sighting: sighting.distance), True
+        followed = [sighting for sighting in sightings if sighting.id == self.marker_id]
+        if followed:
+            self.sighting, self._seen = min(followed, key=lambda sighting: sighting.distance), True
             self.state = State.FOLLOWING
 
     def step(self, dt: float) -> Optional[Twist2D]:

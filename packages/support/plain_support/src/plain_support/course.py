@@ -76,7 +76,7 @@ def steps(course: pathlib.Path) -> List[Step]:
             says: Dict[str, Any] = documents.read_yaml(folder / STEP_FILE)
             new, panels, demo = (says.pop(key, ()) for key in ('new', 'panels', 'demo'))
             found.append(Step(f'{int(match.group(1))}{match.group(2)}', folder, new=tuple(new), panels=tuple(panels),
-                              demo=tuple(Demo(**one) for one in demo), **says))
+                              demo=tuple(Demo(**entry) for entry in demo), **says))
     return found
 
 

@@ -53,13 +53,13 @@ def peer_process(connection: socket.socket) -> Optional[int]:
 
 def holds(pids: Iterable[int], inode: int) -> bool:
     """Return whether one of some processes holds a socket."""
-    wanted = f'socket:[{inode}]'
+    link = f'socket:[{inode}]'
     for pid in pids:
         folder = f'/proc/{pid}/fd'
         with contextlib.suppress(OSError):
             for name in os.listdir(folder):
                 with contextlib.suppress(OSError):  # closed meanwhile
-                    if os.readlink(f'{folder}/{name}') == wanted:
+                    if os.readlink(f'{folder}/{name}') == link:
                         return True
     return False
 

@@ -245,6 +245,6 @@ def _await_signals(reader: int) -> None:
 def _thread_failed(failure: threading.ExceptHookArgs) -> None:
     """Log the error that ended a thread, unless the node is shutting down."""
     if not (_ending.is_set() or rospy.is_shutdown()):
-        said = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))
+        error = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))
         rospy.logerr('The thread %s of this node ended with an error; please report it:\n%s',
-                     failure.thread.name if failure.thread else '?', said)
+                     failure.thread.name if failure.thread else '?', error)

@@ -79,11 +79,11 @@ def _silence(topic: str, nodes: str) -> str:
     gone = [str(finding) for finding in map(_gone, nodes.split(', ')) if finding]
     if gone:
         return f'{topic}: {" ".join(gone)}'
-    place = addresses.master_address()
+    master = addresses.master_address()
     return (f'{topic}: {nodes} is known to the master, but no connection exists. This node says that it is reached '
             f'at {addresses.announced()} ({addresses.source()}), its master is {rosgraph.get_master_uri()}. '
             f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides; '
-            f'{addresses.remedy(place.host if place else "localhost")}')
+            f'{addresses.remedy(master.host if master else "localhost")}')
 
 
 def _gone(node: str) -> Optional[findings.Finding]:

@@ -26,14 +26,14 @@ def text_about(topic: str, data_type: str, name: str, types: Mapping[str, str],
     """Return the same text from ``types`` {topic: type} and ``publishers`` {topic: other nodes that publish it}."""
     own = publishers.get(topic)
     if not own:
-        said = f'{topic}: no node publishes it.'
+        text = f'{topic}: no node publishes it.'
     elif types.get(topic) not in (data_type, '*'):
-        said = f'{topic}: {", ".join(own)} publishes it as {types.get(topic)}, not as {data_type}.'
+        text = f'{topic}: {", ".join(own)} publishes it as {types.get(topic)}, not as {data_type}.'
     else:
-        said = f'{topic}: {", ".join(own)} publishes it, but no message arrives: does that node get its own input?'
+        text = f'{topic}: {", ".join(own)} publishes it, but no message arrives: does that node get its own input?'
     others = sorted(key for key, nodes in publishers.items() if nodes and types.get(key) == data_type and key != topic)
     if not others:
-        return f'{said} There is no other topic of type {data_type}.'
+        return f'{text} There is no other topic of type {data_type}.'
     listed = ', '.join(f'{key} (by {", ".join(publishers[key])})' for key in others)
     base = others[0][:-len(COMPRESSED)] if others[0].endswith(COMPRESSED) else others[0]  # image_transport remaps this
-    return f'{said} Topics of type {data_type}: {listed}; remap with {name}:={base}'
+    return f'{text} Topics of type {data_type}: {listed}; remap with {name}:={base}'

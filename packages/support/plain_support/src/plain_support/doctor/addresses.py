@@ -70,13 +70,13 @@ def wrong_address(environment: Mapping[str, str] = os.environ) -> Optional[Findi
     """Return the finding that nodes on other machines cannot reach those of this one; None if they can."""
     master = master_address(environment)
     host, name = master.host if master else 'localhost', announced(environment)
-    said, cure = source(environment), remedy(host, environment)
+    origin, cure = source(environment), remedy(host, environment)
     try:
         address = socket.gethostbyname(name)
     except (OSError, UnicodeError):
-        return findings.name_without_address(said, name, cure)
+        return findings.name_without_address(origin, name, cure)
     if not is_here(address):
-        return findings.address_not_here(said, name, cure)
+        return findings.address_not_here(origin, name, cure)
     if address.startswith(LOOPBACK) and not is_here(host):
-        return findings.address_only_here(said, name, host, cure)
+        return findings.address_only_here(origin, name, host, cure)
     return None

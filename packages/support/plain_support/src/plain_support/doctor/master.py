@@ -85,9 +85,9 @@ def _look_up(master: xmlrpc.client.ServerProxy, method: str, names: List[str]) -
 
 
 def _value(answer: Any) -> Any:
-    code, said, value = answer
+    code, reason, value = answer
     if code != 1:
-        raise ValueError(said)
+        raise ValueError(reason)
     return value
 
 

@@ -11,7 +11,7 @@ OF_EVERY_NODE = re.compile(r'/rosout(_agg)?|/clock|/tf(_static)?|/statistics|/di
 def meant(name: str, known: Iterable[str]) -> Optional[str]:
     """Return the known name that resembles a wrong one: with the same last part, else similar as a whole; or None."""
     last, names = _last(name), sorted(known)
-    same = [one for one in names if _last(one) == last]
+    same = [candidate for candidate in names if _last(candidate) == last]
     similar = difflib.get_close_matches(name, same or names, 1, 0.0 if same else SIMILAR)
     return similar[0] if similar else None
 

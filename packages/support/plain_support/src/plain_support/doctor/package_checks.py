@@ -67,12 +67,12 @@ def examine(folder: str, machine: Machine) -> Tuple[List[Finding], List[str]]:
     found: List[Finding] = []
     for name in sorted(missing):
         kinds = missing[name]
-        place = os.path.relpath(needs.needs[name, kinds[0]], folder)
+        file = os.path.relpath(needs.needs[name, kinds[0]], folder)
         fails = kinds != [LISTED]  # neither rosrun nor roslaunch reads package.xml
         if debian[name]:
-            found.append(findings.package_to_install(name, place, debian[name], fails))
+            found.append(findings.package_to_install(name, file, debian[name], fails))
         else:
-            found.append(findings.package_not_to_be_had(name, place, INSTEAD.get(name, ''), IMPORT in kinds, fails))
+            found.append(findings.package_not_to_be_had(name, file, INSTEAD.get(name, ''), IMPORT in kinds, fails))
     found += _programs(needs, machine)
     return sorted(found, key=lambda finding: not finding.fails), _summary(needs, there, missing, debian)
 
@@ -86,9 +86,9 @@ def _summary(needs: Needs, there: Machinery, missing: Dict[str, List[str]],
     if needs.launch_files:
         lacked = {name for name, kinds in missing.items() if RUN in kinds}  # others may lack only its headers
         lines += _launch_lines(needs, lacked, {name for name in lacked if debian[name]})
-    wanted = sorted({package for packages_ in debian.values() for package in packages_})
-    if wanted:
-        lines.append(f'All at once: sudo apt-get install --no-install-recommends {" ".join(wanted)}')
+    to_install = sorted({package for packages_ in debian.values() for package in packages_})
+    if to_install:
+        lines.append(f'All at once: sudo apt-get install --no-install-recommends {" ".join(to_install)}')
     return lines
 
 
@@ -98,9 +98,9 @@ def _launch_lines(needs: Needs, missing: Set[str], in_debian: Set[str]) -> List[
     complete, later = lacks.count(set()), sum(lack <= in_debian for lack in lacks)
     more = f', {later} with the Debian packages below' if later > complete else ''
     lines = [f'{complete} of {len(lacks)} launch files find all their packages{more}.']
-    wanted = collections.Counter(name for lack in lacks for name in lack - in_debian)
-    if wanted:
-        names = [f'{name} ({count})' for name, count in sorted(wanted.items(), key=lambda each: (-each[1], each[0]))]
+    lacked = collections.Counter(name for lack in lacks for name in lack - in_debian)
+    if lacked:
+        names = [f'{name} ({count})' for name, count in sorted(lacked.items(), key=lambda each: (-each[1], each[0]))]
         lines.append(f'What launch files lack, and Debian does not have: {", ".join(names[:MAX_NAMES])}'
                      + (f' and {len(names) - MAX_NAMES} more.' if len(names) > MAX_NAMES else '.'))
     return lines

@@ -83,11 +83,11 @@ def listeners() -> List[Listener]:
 
 def master_of_user(workspace: str) -> Optional[Tuple[str, str]]:
     """Return (who, URI) of a ROS master that this user runs, not a ./run demo or test of ``workspace``; or None."""
-    for one in listeners():
-        process = one.process
+    for listener in listeners():
+        process = listener.process
         if (process and process.user == os.geteuid() and any(word.endswith('rosmaster') for word in process.command[:2])
                 and not (workspace and process.environment.get('ROS_HOME', '').startswith(workspace))):
-            return str(process), f'http://localhost:{one.port}'
+            return str(process), f'http://localhost:{listener.port}'
     return None
 
 

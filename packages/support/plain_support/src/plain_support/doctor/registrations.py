@@ -16,8 +16,8 @@ CALLER = '/ros_doctor'
 def offers(name: str, uri: str, timeout: float) -> bool:
     """Return whether the service ``name`` is offered at ``uri`` (rosrpc://HOST:PORT), within ``timeout`` [s]."""
     try:
-        place = urlsplit(uri)
-        with socket.create_connection((place.hostname or '', place.port or 0), timeout) as connection:
+        address = urlsplit(uri)
+        with socket.create_connection((address.hostname or '', address.port or 0), timeout) as connection:
             connection.settimeout(timeout)
             connection.sendall(_header({'probe': '1', 'md5sum': '*', 'callerid': CALLER, 'service': name}))
             fields = _read_header(connection)

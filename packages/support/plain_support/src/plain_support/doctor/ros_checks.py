@@ -39,35 +39,39 @@ def address(machine: Machine) -> Iterator[Finding]:
 
 def master_and_graph(machine: Machine) -> Iterator[Finding]:
     """The master and its registrations."""
-    place = addresses.master_address(machine.environment)
-    if place is None:
+    target = addresses.master_address(machine.environment)
+    if target is None:
         return
-    here = addresses.is_here(place.host)
-    holder = next((one for one in processes.listeners() if one.port == place.port), None) if here else None
+    here = addresses.is_here(target.host)
+    holder = _listener(target.port) if here else None
     if here and holder is None:
         if machine.environment.get(addresses.MASTER_URI) or packages.found(machine.environment):
-            yield findings.no_roscore(place.uri, processes.master_of_user(machine.workspace))
+            yield findings.no_roscore(target.uri, processes.master_of_user(machine.workspace))
         return
-    said = holder.holder if holder else place.uri
+    who = holder.holder if holder else target.uri
     try:
-        graph = master.ask(place.uri, ANSWER_TIME)
+        graph = master.ask(target.uri, ANSWER_TIME)
     except master.NoAnswer as error:
-        yield _silent(place, holder, str(error))
+        yield _silent(target, holder, str(error))
     except master.NoMaster:
-        yield findings.port_taken(place.port, said) if here else findings.master_unreachable(
-            place.uri, 'what answers is no master')
+        yield findings.port_taken(target.port, who) if here else findings.master_unreachable(
+            target.uri, 'what answers is no master')
     else:
         if holder and holder.user != os.geteuid():
-            yield findings.foreign_master(place.uri, processes.user_name(holder.user), graph.pid)
+            yield findings.foreign_master(target.uri, processes.user_name(holder.user), graph.pid)
         yield from graph_findings(graph)
 
 
-def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: str) -> Finding:
+def _listener(port: int) -> Optional[processes.Listener]:
+    return next((listener for listener in processes.listeners() if listener.port == port), None)
+
+
+def _silent(target: MasterAddress, holder: Optional[processes.Listener], reason: str) -> Finding:
     if holder is None:
-        return findings.master_unreachable(place.uri, said)
+        return findings.master_unreachable(target.uri, reason)
     if holder.process is None or any(word in ' '.join(holder.process.command) for word in ('rosmaster', 'roscore')):
-        return findings.master_hangs(place.uri, holder.holder)
-    return findings.port_taken(place.port, holder.holder)
+        return findings.master_hangs(target.uri, holder.holder)
+    return findings.port_taken(target.port, holder.holder)
 
 
 def graph_findings(graph: Graph) -> Iterator[Finding]:
@@ -155,9 +159,9 @@ def _alive(graph: Graph, node: str) -> bool:
     service = f'{node}/{registrations.SIGN}'
     if service in graph.services:
         return registrations.offers(service, graph.services[service], ANSWER_TIME)
-    place = urlsplit(graph.nodes[node])  # a node of a library that has no such service
+    address = urlsplit(graph.nodes[node])  # a node of a library that has no such service
     try:
-        with socket.create_connection((place.hostname or '', place.port or 0), ANSWER_TIME):
+        with socket.create_connection((address.hostname or '', address.port or 0), ANSWER_TIME):
             return True
     except (OSError, ValueError):
         return False
@@ -181,14 +185,15 @@ def _private(parameters: Mapping[str, Any], running: Set[str]) -> Dict[str, Mapp
 
 def exposed(_: Machine) -> Iterator[Finding]:
     """Processes of ROS that other machines can reach although ROS_IP and ROS_HOSTNAME do not ask for it."""
-    told = set()
-    for one in processes.listeners():
-        environment = one.process.environment if one.process else {}
+    reported = set()
+    for listener in processes.listeners():
+        environment = listener.process.environment if listener.process else {}
         name = environment.get(addresses.HOSTNAME) or environment.get(addresses.IP) or 'localhost'
-        asked_for = name != 'localhost' and not name.startswith(addresses.LOOPBACK)
-        if addresses.MASTER_URI in environment and not one.local and not asked_for and one.holder not in told:
-            told.add(one.holder)
-            yield findings.exposed(one.holder, f'{one.address}, port {one.port}')
+        is_public = name != 'localhost' and not name.startswith(addresses.LOOPBACK)
+        is_ours = addresses.MASTER_URI in environment and not listener.local
+        if is_ours and not is_public and listener.holder not in reported:
+            reported.add(listener.holder)
+            yield findings.exposed(listener.holder, f'{listener.address}, port {listener.port}')
 
 
 def left_over(machine: Machine) -> Iterator[Finding]:
@@ -205,8 +210,8 @@ def _of_ros(process: processes.Process, machine: Machine) -> bool:
     if addresses.MASTER_URI not in process.environment:
         return False
     words = process.command[:3]
-    places = machine.workspace, machine.repository
-    return (any(os.path.basename(word) in PROGRAMS or word.startswith(places) for word in words)
+    folders = machine.workspace, machine.repository
+    return (any(os.path.basename(word) in PROGRAMS or word.startswith(folders) for word in words)
             or any('__name:=' in word or '__log:=' in word for word in process.command))
 
 

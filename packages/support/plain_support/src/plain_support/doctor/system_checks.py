@@ -212,7 +212,7 @@ def _gain() -> float:
 def isolation(_: Machine) -> Iterator[Finding]:
     """The isolation of graded programs: bubblewrap, or namespaces."""
     root = [] if os.geteuid() == 0 else ['-r']
-    said = 'neither bwrap nor unshare is installed'
+    reason = 'neither bwrap nor unshare is installed'
     for command in (['bwrap', '--ro-bind', '/', '/', '--dev', '/dev', '--unshare-net', 'true'],
                     ['unshare', *root, '-n', 'true']):
         try:
@@ -221,8 +221,8 @@ def isolation(_: Machine) -> Iterator[Finding]:
             continue
         if done.returncode == 0:
             return
-        said = done.stderr.strip().replace('\n', ' ') or said
-    yield findings.no_isolation(said)
+        reason = done.stderr.strip().replace('\n', ' ') or reason
+    yield findings.no_isolation(reason)
 
 
 def offered(names: List[str]) -> List[str]:
@@ -265,10 +265,10 @@ def cameras(_: Machine) -> Iterator[Finding]:
     """Cameras that this user may not open, or that a program other than a ROS node has open."""
     ours = {process.pid for process in all_processes() if MASTER_URI in process.environment}
     for path, _name in devices.devices():
-        said = devices.trouble(path)
+        reason = devices.trouble(path)
         holders = {pid for pid, _ in devices.users(path)}
-        if said and not (holders and holders <= ours and os.access(path, os.R_OK | os.W_OK)):
-            yield findings.camera_unusable(said)
+        if reason and not (holders and holders <= ours and os.access(path, os.R_OK | os.W_OK)):
+            yield findings.camera_unusable(reason)
 
 
 CHECKS: List[Check] = [network, loopback, packages, disk, addresses, folders, python, variables, opencv, clock,

@@ -17,7 +17,7 @@ LOG_END = 64 << 10  # [bytes] of a log that are read
 ENDING = 10.0  # [s] that a node may take to end
 RESOLUTION = 1.0  # [s] of the times that are read in a log
 STARTS_A_NODE = re.compile(rb'\brospy\s*\.\s*init_node\b|^\s*if __name__ ?==', re.MULTILINE)
-TOLD = re.compile(r'(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),\d+: signal_shutdown \[signal-')
+SHUTDOWN = re.compile(r'(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),\d+: signal_shutdown \[signal-')
 NO_PROGRAMS = {'build', 'devel', 'install', 'test', 'tests', '__pycache__'}  # folders without a student's programs
 EXTENSIONS = '.py.txt', '.txt', '.py~'  # of a program that was saved under a wrong name
 
@@ -115,9 +115,9 @@ def hanging(_: Machine) -> Iterator[Finding]:
     for path, users in logs.items():
         if len(users) == 1:
             age = processes.age(users[0].pid)
-            told = [now - moment for moment in _told(path) if now - moment < age - RESOLUTION]
-            if told and max(told) > ENDING:
-                yield findings.does_not_end(_program_name(users[0]), max(told), users[0].pid)
+            ago = [now - moment for moment in _shutdown_times(path) if now - moment < age - RESOLUTION]
+            if ago and max(ago) > ENDING:
+                yield findings.does_not_end(_program_name(users[0]), max(ago), users[0].pid)
 
 
 def _program_name(process: Process) -> str:
@@ -140,7 +140,7 @@ def _logs(pid: int) -> List[str]:
     return found
 
 
-def _told(path: str) -> Iterator[float]:
+def _shutdown_times(path: str) -> Iterator[float]:
     """Yield the times [s] at which a node was told to end, according to the end of its log."""
     try:
         with open(path, 'rb') as file:
@@ -148,7 +148,7 @@ def _told(path: str) -> Iterator[float]:
             text = file.read().decode(errors='replace')
     except OSError:
         return
-    for match in TOLD.finditer(text):
+    for match in SHUTDOWN.finditer(text):
         yield time.mktime(time.strptime(match[1], '%Y-%m-%d %H:%M:%S'))
 
 

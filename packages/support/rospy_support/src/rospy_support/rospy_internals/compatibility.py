@@ -88,8 +88,8 @@ def version() -> str:
 
 def misfits() -> List[str]:
     """Return one line for each private part of rospy that this module needs and that differs; [] if none does."""
-    return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
-            + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
+    return ([line for name, parameters in FUNCTIONS.items() for line in _wrong_function(name, parameters)]
+            + [line for name, attributes in ATTRIBUTES.items() for line in _wrong_class(name, attributes)]
             + [f'{name} is missing' for name in OBJECTS if not _there(name)])
 
 
