@@ -2,7 +2,7 @@
 import ast
 import math
 from types import SimpleNamespace
-from typing import NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 import rospy
 
@@ -60,7 +60,7 @@ PLANNERS = Table(
               ('escape_vel', -0.1, -FASTEST, 0.0, 'm/s')),
     Boolean('~TrajectoryPlannerROS/holonomic_robot', True), Integer('~TrajectoryPlannerROS/vx_samples', 3, 0, 100),
     Integer('~TrajectoryPlannerROS/vtheta_samples', 20, 0, 100),
-    Any('~TrajectoryPlannerROS/y_vels', [-0.3, -0.1, 0.1, 0.3], 'a list of speeds'),
+    Unchecked('~TrajectoryPlannerROS/y_vels', [-0.3, -0.1, 0.1, 0.3], 'a list of speeds'),
     *_planner('DWAPlannerROS', ('max_vel_trans', 0.55, 0.0, FASTEST, 'm/s'), ('max_vel_x', 0.55, 0.0, FASTEST, 'm/s'),
               ('min_vel_x', 0.0, -FASTEST, FASTEST, 'm/s'), ('max_vel_y', 0.1, 0.0, FASTEST, 'm/s'),
               ('min_vel_y', -0.1, -FASTEST, FASTEST, 'm/s'), ('max_vel_theta', 1.0, 0.01, FASTEST, 'rad/s'),
@@ -87,10 +87,11 @@ def _costmap(name):
             Number(f'{prefix}width', 10.0, 0.1, LARGEST, 'm'), Number(f'{prefix}height', 10.0, 0.1, LARGEST, 'm'),
             Number(f'{prefix}resolution', 0.05, 0.005, 10.0, 'm'),
             Number(f'{prefix}origin_x', 0.0, -LARGEST, LARGEST, 'm'),
-            Number(f'{prefix}origin_y', 0.0, -LARGEST, LARGEST, 'm'), Any(f'{prefix}footprint', '', 'corners [x, y]'),
+            Number(f'{prefix}origin_y', 0.0, -LARGEST, LARGEST, 'm'),
+            Unchecked(f'{prefix}footprint', '', 'corners [x, y]'),
             Number(f'{prefix}footprint_padding', 0.01, 0.0, 10.0, 'm'),
             Number(f'{prefix}robot_radius', 0.46, 0.01, 100.0, 'm'),
-            Any(f'{prefix}plugins', '', 'a list of {name: NAME, type: TYPE}')]
+            Unchecked(f'{prefix}plugins', '', 'a list of {name: NAME, type: TYPE}')]
 
 
 COSTMAPS = Table(*_costmap('global_costmap'), *_costmap('local_costmap'))
