@@ -3,6 +3,8 @@
 Threading contract: rospy's threads of scan, map, initialpose and the services; each takes the one lock and then uses
 the filter.
 """
+from __future__ import annotations
+
 import math
 import threading
 
@@ -10,16 +12,18 @@ import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
-from nav_msgs.srv import GetMap, SetMap, SetMapResponse
-from std_srvs.srv import Empty, EmptyResponse
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.srv import GetMap, SetMap, SetMapRequest, SetMapResponse
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from navigation_core.localisation import motion, sensor
-from navigation_core.localisation.particle_filter import ParticleFilter, Settings
+from navigation_core.localisation.particle_filter import Estimate, ParticleFilter, Settings
 from navigation_core.localisation.sensor import MeasuredMap, SensorModel
-from navigation_core.poses import Pose
+from navigation_core.poses import Array, Pose
 from navigation_core.ros import grids
 from navigation_core.ros.poses import from_pose, to_pose, to_transform
 from navigation_core.ros.scan_source import ScanSource
+from navigation_core.scans import Scan
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, ParameterError, Table, Text
 from rospy_support.throttle import WallThrottle
@@ -63,7 +67,7 @@ REPEAT = 15.0  # [s] between two equal warnings
 class LocalisationNode:
     """amcl's interface on a ParticleFilter."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._value = value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         if value['min_particles'] > value['max_particles']:
             raise ParameterError(f'parameter {rospy.resolve_name("~min_particles")} is {value["min_particles"]}; it '
@@ -76,13 +80,15 @@ class LocalisationNode:
         self._frame = value['global_frame_id'].lstrip('/')
         self._throttle = WallThrottle(REPEAT)
         self._lock = threading.RLock()
-        self._filter = None
-        self._last = None  # the odometry's pose of the last scan that was used
+        self._filter: ParticleFilter | None = None
+        self._last: Pose | None = None  # the odometry's pose of the last scan that was used
         self._forced = True
-        self._begun = None  # when the particles were placed or spread; ROS does not order a scan of this time and that
-        self._odometry_in_map = None
-        self._start = (Pose(value['initial_pose_x'], value['initial_pose_y'], value['initial_pose_a']),
-                       np.diag([value['initial_cov_xx'], value['initial_cov_yy'], value['initial_cov_aa']]))
+        # when the particles were placed or spread; ROS does not order a scan of this time and that
+        self._begun: rospy.Time | None = None
+        self._odometry_in_map: Pose | None = None
+        self._start: tuple[Pose, Array] = (
+            Pose(value['initial_pose_x'], value['initial_pose_y'], value['initial_pose_a']),
+            np.diag([value['initial_cov_xx'], value['initial_cov_yy'], value['initial_cov_aa']]))
         self._poses = Publisher('amcl_pose', PoseWithCovarianceStamped, latch=True, queue_size=2)
         self._cloud = Publisher('particlecloud', PoseArray, latch=True, queue_size=2)
         self._transforms = tf2_ros.TransformBroadcaster()
@@ -96,28 +102,28 @@ class LocalisationNode:
             rospy.Subscriber('map', grids.Grid, self._on_map, queue_size=1, buff_size=2 ** 25)
             rospy.loginfo('Subscribed to map topic.')
 
-    def run(self):
+    def run(self) -> None:
         """Request the map if it does not come as a topic, and spin until shutdown."""
         if not self._value['use_map_topic']:
             self._request_map()
         rospy.spin()
 
-    def _request_map(self):
-        ask = rospy.ServiceProxy('static_map', GetMap)
+    def _request_map(self) -> None:
+        get_map = rospy.ServiceProxy('static_map', GetMap)
         rospy.loginfo('Requesting the map...')
         while not rospy.is_shutdown():
             try:
-                return self._use_map(ask().map)
+                return self._use_map(get_map().map)
             except rospy.ServiceException:
                 self._throttle.warn('map', 'Request for map failed; trying again... Start rosrun map_server map_server '
-                                    'MAP.yaml, which offers %s', ask.resolved_name)
+                                    'MAP.yaml, which offers %s', get_map.resolved_name)
             except ValueError as error:
-                rospy.logerr('The map of %s cannot be used: %s. Waiting for another one on set_map', ask.resolved_name,
-                             error)
+                rospy.logerr('The map of %s cannot be used: %s. Waiting for another one on set_map',
+                             get_map.resolved_name, error)
                 return None
             rospy.sleep(MAP_PERIOD)
 
-    def _on_map(self, message):
+    def _on_map(self, message: OccupancyGrid) -> None:
         if self._filter is not None and self._value['first_map_only']:
             return
         try:
@@ -125,7 +131,7 @@ class LocalisationNode:
         except ValueError as error:
             self._throttle.warn('bad map', 'Ignored a map: %s', error)
 
-    def _use_map(self, message, start=None):
+    def _use_map(self, message: OccupancyGrid, start: tuple[Pose, Array] | None = None) -> None:
         """Start again on the map of an OccupancyGrid, at the last pose of the robot; raise ValueError."""
         grid, value = grids.from_message(message), self._value
         rospy.loginfo('Received a %d X %d map @ %.3f m/pix', grid.width, grid.height, grid.resolution)
@@ -140,17 +146,17 @@ class LocalisationNode:
             self._filter = ParticleFilter(measured, self._settings, model)
             self._place(*self._start)
 
-    def _place(self, pose, covariance):
+    def _place(self, pose: Pose, covariance: Array) -> None:
         self._start = pose, covariance
         if self._filter:
             self._filter.place(pose, covariance)
             self._begin()
             self._odometry_in_map = None
 
-    def _begin(self):
+    def _begin(self) -> None:
         self._last, self._forced, self._begun = None, True, rospy.Time.now()
 
-    def _set_map(self, request):
+    def _set_map(self, request: SetMapRequest) -> SetMapResponse:
         try:
             self._use_map(request.map, self._read_pose(request.initial_pose))
         except ValueError as error:
@@ -158,7 +164,7 @@ class LocalisationNode:
             return SetMapResponse(False)
         return SetMapResponse(True)
 
-    def _on_initial_pose(self, message):
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         frame = message.header.frame_id.lstrip('/')
         try:
             if frame and frame != self._frame:
@@ -171,13 +177,13 @@ class LocalisationNode:
         with self._lock:
             self._place(pose, covariance)
 
-    def _read_pose(self, message):
+    def _read_pose(self, message: PoseWithCovarianceStamped) -> tuple[Pose, Array]:
         covariance = np.array(message.pose.covariance).reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
         if not np.isfinite(covariance).all():
             raise ValueError('its covariance has numbers that are not finite')
         return to_pose(message.pose.pose), covariance
 
-    def _spread(self, _):
+    def _spread(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             if self._filter is None:
                 raise rospy.ServiceException('there is no map yet')
@@ -186,11 +192,11 @@ class LocalisationNode:
             self._begin()
         return EmptyResponse()
 
-    def _force(self, _):
+    def _force(self, _: EmptyRequest) -> EmptyResponse:
         self._forced = True
         return EmptyResponse()
 
-    def _on_scan(self, odometry, scan, stamp):
+    def _on_scan(self, odometry: Pose, scan: Scan, stamp: rospy.Time) -> None:
         with self._lock:
             if self._filter is None:
                 self._throttle.warn('no map', 'No map yet, so scans are ignored')
@@ -198,30 +204,31 @@ class LocalisationNode:
             step = self._last.step_to(odometry) if self._last else Pose()
             if stamp != self._begun and (self._forced or math.hypot(step.x, step.y) > self._value['update_min_d']
                                          or abs(step.yaw) > self._value['update_min_a']):
-                told = None if self._last else self._filter.estimate()  # as the original: a robot that stands stays so
+                initial = None if self._last else self._filter.estimate()
                 self._forced, self._last = False, odometry
                 self._filter.update(step, scan)
-                self._publish(told or self._filter.estimate(), odometry, stamp)
+                # as in the original, the first scan does not move the estimate
+                self._publish(initial or self._filter.estimate(), self._filter.particles, odometry, stamp)
             if self._value['tf_broadcast'] and self._odometry_in_map:
                 self._transforms.sendTransform(to_transform(
                     self._odometry_in_map, self._frame, self._value['odom_frame_id'],
                     stamp + rospy.Duration(self._value['transform_tolerance'])))
 
-    def _publish(self, found, odometry, stamp):
-        self._odometry_in_map = found.pose.then(odometry.inverse())
-        self._start = found.pose, found.covariance  # where the next map starts
+    def _publish(self, estimate: Estimate, particles: Array, odometry: Pose, stamp: rospy.Time) -> None:
+        self._odometry_in_map = estimate.pose.then(odometry.inverse())
+        self._start = estimate.pose, estimate.covariance  # where the next map starts
         message = PoseWithCovarianceStamped()
         message.header.stamp, message.header.frame_id = stamp, self._frame
-        message.pose.pose = from_pose(found.pose)
+        message.pose.pose = from_pose(estimate.pose)
         covariance = np.zeros((6, 6))
-        covariance[np.ix_((0, 1, 5), (0, 1, 5))] = found.covariance
+        covariance[np.ix_((0, 1, 5), (0, 1, 5))] = estimate.covariance
         message.pose.covariance = covariance.ravel().tolist()
         self._poses.publish(message)
-        cloud = PoseArray(poses=[from_pose(Pose(*each)) for each in self._filter.particles.tolist()])
+        cloud = PoseArray(poses=[from_pose(Pose(*particle)) for particle in particles.tolist()])
         cloud.header = message.header
         self._cloud.publish(cloud)
 
 
-def main():
+def main() -> None:
     nodes.init_node(NAME, PARAMETERS)
     LocalisationNode().run()

@@ -3,18 +3,21 @@
 Threading contract: rospy's thread of ``scan`` maps; a timer publishes the transform; both, and the service, use the
 state under one lock. A thread of its own publishes maps, because that takes longer than a scan.
 """
+from __future__ import annotations
+
 import threading
 
 import rospy
 import tf2_ros
 from nav_msgs.msg import MapMetaData
-from nav_msgs.srv import GetMap, GetMapResponse
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from std_msgs.msg import Float64
 
 from navigation_core.poses import Pose
 from navigation_core.ros import grids
 from navigation_core.ros.poses import to_transform
 from navigation_core.ros.scan_source import ScanSource
+from navigation_core.scans import Scan
 from navigation_core.slam.mapper import Mapper, Settings
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
@@ -45,7 +48,7 @@ PARAMETERS = Table(USED, ACCEPTED)
 class MappingNode:
     """gmapping's interface on a Mapper."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         value = {parameter.name[1:]: parameter.read() for parameter in PARAMETERS}
         parameters.log_effective()
         self._value = value
@@ -55,7 +58,9 @@ class MappingNode:
             value['minimumScore'], value['srr'], value['srt'], value['str'], value['stt']))
         self._lock, self._changed = threading.Lock(), threading.Event()
         self._odometry_in_map = Pose()
-        self._count, self._message, self._published_at = 0, None, None
+        self._count = 0  # of scans
+        self._message: grids.Grid | None = None
+        self._published_at: rospy.Time | None = None
         self._grids = Publisher('map', grids.Grid, latch=True, queue_size=1)
         self._infos = Publisher('map_metadata', MapMetaData, latch=True, queue_size=1)
         self._entropy = Publisher('~entropy', Float64, queue_size=1)
@@ -67,7 +72,7 @@ class MappingNode:
             rospy.Timer(rospy.Duration(value['transform_publish_period']), self._publish_transform, reset=True)
         threading.Thread(target=self._publish_maps, name='maps', daemon=True).start()
 
-    def _on_scan(self, odometry, scan, stamp):
+    def _on_scan(self, odometry: Pose, scan: Scan, stamp: rospy.Time) -> None:
         self._count += 1
         if self._count % self._value['throttle_scans']:
             return
@@ -77,13 +82,12 @@ class MappingNode:
             self._odometry_in_map = mapper.pose.then(odometry.inverse())
         if changed:
             self._entropy.publish(mapper.entropy())
-            waited = self._published_at is None or \
-                not 0.0 <= (stamp - self._published_at).to_sec() <= self._value['map_update_interval']
-            if waited:
+            if self._published_at is None or \
+                    not 0.0 <= (stamp - self._published_at).to_sec() <= self._value['map_update_interval']:
                 self._published_at = stamp
                 self._changed.set()
 
-    def _publish_maps(self):
+    def _publish_maps(self) -> None:
         while True:
             self._changed.wait()
             self._changed.clear()
@@ -94,7 +98,7 @@ class MappingNode:
             self._grids.publish(message)
             self._infos.publish(message.info)
 
-    def _publish_transform(self, _):
+    def _publish_transform(self, _: rospy.timer.TimerEvent) -> None:
         with self._lock:
             pose = self._odometry_in_map
         stamp = rospy.Time.now() + rospy.Duration(self._value['tf_delay'])
@@ -105,13 +109,13 @@ class MappingNode:
             if not rospy.is_shutdown():
                 raise
 
-    def _get(self, _):
+    def _get(self, _: GetMapRequest) -> GetMapResponse:
         if self._message is None:
             raise rospy.ServiceException('there is no map yet: no scan with its transform has arrived')
         return GetMapResponse(grids.as_lists(self._message))
 
 
-def main():
+def main() -> None:
     nodes.init_node(NAME, PARAMETERS)
     MappingNode()
     rospy.spin()

@@ -2,11 +2,15 @@
 
 Threading contract: rospy's thread stores the map; the main thread waits for it and writes.
 """
+from __future__ import annotations
+
 import argparse
+import queue
 import sys
-import threading
+from typing import Callable, Sequence
 
 import rospy
+from nav_msgs.msg import OccupancyGrid
 
 from navigation_core.maps.map_files import keep_earlier, saved
 from navigation_core.ros import grids
@@ -17,9 +21,9 @@ NAME = 'map_saver'
 PATIENCE = 10.0  # [s] after which it says what it waits for
 
 
-def whole(smallest):
+def whole(smallest: int) -> Callable[[str], int]:
     """Return a converter for argparse: whole numbers from ``smallest`` to 100."""
-    def convert(text):
+    def convert(text: str) -> int:
         value = int(text)
         if not smallest <= value <= 100:
             raise argparse.ArgumentTypeError(f'{value} must be between {smallest} and 100')
@@ -27,7 +31,7 @@ def whole(smallest):
     return convert
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options; exit with 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='rosrun map_server map_saver', description=__doc__.splitlines()[0])
     parser.add_argument('--occ', type=whole(1), default=65, metavar='N', help='cells of at least N %% are black [65]')
@@ -39,7 +43,7 @@ def parse(arguments):
     return options
 
 
-def save(message, options):
+def save(message: OccupancyGrid, options: argparse.Namespace) -> None:
     info = message.info
     rospy.loginfo('Received a %d X %d map @ %.3f m/pix', info.width, info.height, info.resolution)
     image, text = saved(grids.from_message(message), options.name, options.occ, options.free)
@@ -53,23 +57,23 @@ def save(message, options):
     rospy.loginfo('Done\n')
 
 
-def main():
+def main() -> None:
     options = parse(rospy.myargv(sys.argv)[1:])
     nodes.init_node(NAME)
-    found, messages = threading.Event(), []
-
-    def store(message):
-        messages.append(message)
-        found.set()
+    received: queue.Queue[OccupancyGrid] = queue.Queue()
     rospy.loginfo('Waiting for the map')
-    topic = rospy.Subscriber('map', grids.Grid, store, queue_size=1, buff_size=2 ** 25)
-    while not found.wait(PATIENCE):
-        if rospy.is_shutdown():
-            return
-        rospy.logwarn('No message on %s yet. Start a node that publishes a map, such as rosrun gmapping slam_gmapping, '
-                      'or remap: map:=/your/topic', topic.resolved_name)
+    topic = rospy.Subscriber('map', grids.Grid, received.put, queue_size=1, buff_size=2 ** 25)
+    message = None
+    while message is None:
+        try:
+            message = received.get(timeout=PATIENCE)
+        except queue.Empty:
+            if rospy.is_shutdown():
+                return
+            rospy.logwarn('No message on %s yet. Start a node that publishes a map, such as rosrun gmapping '
+                          'slam_gmapping, or remap: map:=/your/topic', topic.resolved_name)
     try:
-        save(messages[0], options)
+        save(message, options)
     except OSError as error:
         sys.exit(f"Couldn't save the map: {unwritten(error, 'choose another folder: -f FOLDER/NAME')}")
     except ValueError as error:

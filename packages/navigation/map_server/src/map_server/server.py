@@ -2,11 +2,14 @@
 
 Threading contract: rospy's threads of the services; a new map is read in the thread of its call, then assigned.
 """
+from __future__ import annotations
+
 import sys
+from typing import Sequence
 
 import rospy
 from nav_msgs.msg import MapMetaData
-from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
 
 from navigation_core.maps import map_files
 from navigation_core.maps.map_files import Description, MapError, read_description, read_image
@@ -29,7 +32,7 @@ PARAMETERS = Table(Text('~frame_id', 'map', filled=True), Boolean('~negate', Fal
 class MapServer:
     """Publishes ``map`` and ``map_metadata``, latched."""
 
-    def __init__(self, described):
+    def __init__(self, described: Description) -> None:
         """Read the map of a Description, publish it, and offer the services."""
         self._frame = PARAMETERS['~frame_id'].read()
         self._grids = Publisher('map', grids.Grid, latch=True, queue_size=1)
@@ -38,7 +41,7 @@ class MapServer:
         rospy.Service('static_map', GetMap, self._get)
         rospy.Service('change_map', LoadMap, self._change)
 
-    def _load(self, described):
+    def _load(self, described: Description) -> None:
         rospy.loginfo('Loading map from image "%s"', described.image)
         grid = read_image(described)
         self._message = grids.to_message(grid, self._frame)
@@ -46,11 +49,11 @@ class MapServer:
         self._infos.publish(self._message.info)
         self._grids.publish(self._message)
 
-    def _get(self, _):
+    def _get(self, _: GetMapRequest) -> GetMapResponse:
         rospy.loginfo('Sending map')
         return GetMapResponse(grids.as_lists(self._message))
 
-    def _change(self, request):
+    def _change(self, request: LoadMapRequest) -> LoadMapResponse:
         try:
             self._load(read_description(request.map_url))
         except MapError as error:
@@ -60,7 +63,7 @@ class MapServer:
         return LoadMapResponse(grids.as_lists(self._message), LoadMapResponse.RESULT_SUCCESS)
 
 
-def described_by(arguments):
+def described_by(arguments: Sequence[str]) -> Description:
     """Return the Description that the command line asks for; raise MapError or SystemExit."""
     if len(arguments) == 1:
         return read_description(arguments[0])
@@ -77,7 +80,7 @@ def described_by(arguments):
     return Description(arguments[0], resolution, Pose(), negate, occupied, free, 'trinary')
 
 
-def main():
+def main() -> None:
     arguments = rospy.myargv(sys.argv)[1:]
     if not 1 <= len(arguments) <= 2:
         sys.exit(USAGE)

@@ -1,14 +1,22 @@
 """Messages to arrays and poses, and back."""
+from __future__ import annotations
+
 import math
+from typing import Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped
+import rospy
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped, Transform
+from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf.transformations import quaternion_matrix
 
-from navigation_core.planning.costmap import occupancy
-from navigation_core.poses import Pose
+from navigation_core.maps.grid_map import GridMap
+from navigation_core.planning.costmap import Costmap, occupancy
+from navigation_core.planning.footprint import Footprint
+from navigation_core.poses import Array, Pose
 from navigation_core.ros import grids
 from navigation_core.ros.poses import from_pose
 from rospy_support.rotations import yaw_of
@@ -17,38 +25,38 @@ FIELDS = ('x', 'y', 'z')
 FLOAT32 = 7  # of a PointField
 
 
-def matrix_of(transform):
+def matrix_of(transform: Transform) -> Array:
     """Return the 4 x 4 matrix of a geometry_msgs/Transform."""
-    turned, moved = transform.rotation, transform.translation
-    matrix = quaternion_matrix((turned.x, turned.y, turned.z, turned.w))
-    matrix[:3, 3] = moved.x, moved.y, moved.z
+    rotation, translation = transform.rotation, transform.translation
+    matrix: Array = quaternion_matrix((rotation.x, rotation.y, rotation.z, rotation.w))
+    matrix[:3, 3] = translation.x, translation.y, translation.z
     return matrix
 
 
-def pose_of(transform):
+def pose_of(transform: Transform) -> Pose:
     """Return the Pose in the plane of a geometry_msgs/Transform."""
     return Pose(transform.translation.x, transform.translation.y, yaw_of(transform.rotation))
 
 
-def goal_problem(pose):
+def goal_problem(pose: PoseMessage) -> str:
     """Return what is wrong with a geometry_msgs/Pose as a goal, or ''."""
-    turned = [getattr(pose.orientation, axis) for axis in ('x', 'y', 'z', 'w')]
-    if not all(map(math.isfinite, (*turned, pose.position.x, pose.position.y))):
+    quaternion = [getattr(pose.orientation, axis) for axis in ('x', 'y', 'z', 'w')]
+    if not all(map(math.isfinite, (*quaternion, pose.position.x, pose.position.y))):
         return 'it contains NaN or an infinite number'
-    if math.hypot(*turned) < 1e-6:
+    if math.hypot(*quaternion) < 1e-6:
         return 'its quaternion (0, 0, 0, 0) is no orientation; for the heading 0, set orientation.w = 1.0'
-    up = quaternion_matrix(turned)[2, 2]
+    up = quaternion_matrix(quaternion)[2, 2]
     if up < 0.999:
         return 'its orientation is not upright: a robot on a floor turns about z only, so x and y must be 0'
     return ''
 
 
-def stamped_pose(pose, frame, stamp):
-    """Return a Pose as a geometry_msgs/PoseStamped."""
+def stamped_pose(pose: Sequence[float] | Array, frame: str, stamp: rospy.Time) -> PoseStamped:
+    """Return a Pose, or its three numbers, as a geometry_msgs/PoseStamped."""
     return PoseStamped(Header(stamp=stamp, frame_id=frame), from_pose(Pose(*pose)))
 
 
-def path_message(points, frame, stamp, heading=None):
+def path_message(points: Array, frame: str, stamp: rospy.Time, heading: float | None = None) -> Path:
     """Return points (n, 2), or poses (n, 3), as a nav_msgs/Path; ``heading`` [rad] is that of the last one."""
     if points.shape[1] == 2:
         yaws = np.zeros(len(points))
@@ -60,7 +68,7 @@ def path_message(points, frame, stamp, heading=None):
     return Path(Header(stamp=stamp, frame_id=frame), [stamped_pose(point, frame, stamp) for point in points])
 
 
-def grid_of(message):
+def grid_of(message: OccupancyGrid) -> GridMap:
     """Return the GridMap of a nav_msgs/OccupancyGrid; raise ValueError if it is not valid."""
     grid = grids.from_message(message)
     if abs(grid.origin.yaw) > 1e-3:
@@ -68,7 +76,7 @@ def grid_of(message):
     return grid
 
 
-def costmap_message(costmap, frame, stamp):
+def costmap_message(costmap: Costmap, frame: str, stamp: rospy.Time) -> OccupancyGrid:
     """Return a Costmap as a nav_msgs/OccupancyGrid."""
     message = OccupancyGrid(header=Header(stamp=stamp, frame_id=frame))
     height, width = costmap.shape
@@ -77,22 +85,22 @@ def costmap_message(costmap, frame, stamp):
     return message
 
 
-def footprint_message(footprint, pose, frame, stamp):
+def footprint_message(footprint: Footprint, pose: Pose, frame: str, stamp: rospy.Time) -> PolygonStamped:
     """Return a Footprint at a Pose as a geometry_msgs/PolygonStamped."""
-    x, y = pose.to_outer(*footprint.points.T)
+    corners = np.stack(pose.to_outer(*footprint.points.T), axis=1).tolist()
     return PolygonStamped(Header(stamp=stamp, frame_id=frame),
-                          Polygon([Point32(float(each), float(other), 0.0) for each, other in zip(x, y)]))
+                          Polygon([Point32(x, y, 0.0) for x, y in corners]))
 
 
-def measures(message):
-    """Return whether a LaserScan has a range that is one; inf is: nothing is near. Other messages always do."""
+def measures(message: LaserScan | PointCloud2) -> bool:
+    """Return whether a LaserScan has a range in its limits, or inf: nothing is near. A PointCloud2 always measures."""
     if not hasattr(message, 'ranges'):
         return True
     ranges = np.asarray(message.ranges, float)
     return bool(np.any(np.isposinf(ranges) | (ranges >= message.range_min) & (ranges <= message.range_max)))
 
 
-def scan_points(scan, inf_is_valid):
+def scan_points(scan: LaserScan, inf_is_valid: bool) -> tuple[Array, Array]:
     """Return (points (n, 3) [m] in the scanner's frame, hits (n,)) of a sensor_msgs/LaserScan."""
     ranges = np.asarray(scan.ranges, float)
     angles = scan.angle_min + scan.angle_increment * np.arange(ranges.size)
@@ -105,7 +113,7 @@ def scan_points(scan, inf_is_valid):
     return points, hits[used]
 
 
-def cloud_points(cloud):
+def cloud_points(cloud: PointCloud2) -> tuple[Array, Array]:
     """Return (points (n, 3) [m], hits (n,)) of a sensor_msgs/PointCloud2 with float32 fields x, y, z."""
     offsets = {field.name: field.offset for field in cloud.fields if field.datatype == FLOAT32}
     if not set(FIELDS) <= offsets.keys() or not cloud.point_step:

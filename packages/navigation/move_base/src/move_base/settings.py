@@ -1,8 +1,10 @@
 """The parameters of move_base, by the names of the original, its planners and its costmaps."""
+from __future__ import annotations
+
 import ast
 import math
 from types import SimpleNamespace
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple, Sequence
 
 import rospy
 
@@ -19,15 +21,19 @@ RECONFIGURABLE = 'acc_lim_x', 'acc_lim_y', 'acc_lim_theta', 'max_vel_x', 'max_ve
     'yaw_goal_tolerance'
 
 
-class Any(Parameter):
+class Unchecked(Parameter):
     """A value of any kind, which its reader checks."""
 
-    kind, range = 'any', ''  # the range is one of the instance
+    kind = 'any'
 
-    def __init__(self, name, default, range):
-        self.name, self.default, self.range = name, default, range
+    def __init__(self, name: str, default: Any, description: str) -> None:
+        self.name, self.default, self._description = name, default, description
 
-    def convert(self, value):
+    @property
+    def range(self) -> str:
+        return self._description
+
+    def convert(self, value: Any) -> Any:
         return value
 
 
@@ -41,7 +47,7 @@ OWN = Table(
     Number('~oscillation_timeout', 0.0, 0.0, 3600.0, 's'), Number('~oscillation_distance', 0.5, 0.0, LARGEST, 'm'))
 
 
-def _planner(name, *more):
+def _planner(name: str, *more: tuple[str, float, float, float, str]) -> list[Parameter]:
     """Return the parameters that both local planners have."""
     numbers = [('acc_lim_x', 2.5, 0.01, 100.0, 'm/s^2'), ('acc_lim_y', 2.5, 0.0, 100.0, 'm/s^2'),
                ('acc_lim_theta', 3.2, 0.01, 100.0, 'rad/s^2'), ('xy_goal_tolerance', 0.1, 0.005, LARGEST, 'm'),
@@ -49,7 +55,8 @@ def _planner(name, *more):
                ('sim_time', 1.0 if name == 'TrajectoryPlannerROS' else 1.7, 0.1, 10.0, 's'),
                ('path_distance_bias', 0.6, 0.0, LARGEST, ''), ('goal_distance_bias', 0.8, 0.0, LARGEST, ''),
                ('occdist_scale', 0.01, 0.0, LARGEST, ''), *more]
-    return [Number(f'~{name}/{key}', *rest) for key, *rest in numbers] + [
+    return [Number(f'~{name}/{key}', default, lowest, highest, unit)
+            for key, default, lowest, highest, unit in numbers] + [
         Boolean(f'~{name}/latch_xy_goal_tolerance', False), Text(f'~{name}/odom_topic', 'odom', filled=True)]
 
 
@@ -75,7 +82,7 @@ OLD_NAMES = {  # of older versions: today's
     'vth_samples': 'vtheta_samples'}
 
 
-def _costmap(name):
+def _costmap(name: str) -> list[Parameter]:
     prefix = f'~{name}/'
     return [Text(f'{prefix}global_frame', 'map', filled=True),
             Text(f'{prefix}robot_base_frame', 'base_link', filled=True),
@@ -114,33 +121,34 @@ class Source(NamedTuple):
     max_obstacle_height: float
     obstacle_range: float
     raytrace_range: float
-    expected_update_rate: Optional[float]  # [s]; None: not given; 0: it may never be heard
+    expected_update_rate: float | None  # [s]; None: not given; 0: it may never be heard
 
 
-def error(name, value, wanted):
-    return ParameterError(f'parameter {rospy.resolve_name(name)} is {value!r}; it must be {wanted}')
+def error(name: str, value: Any, allowed: str) -> ParameterError:
+    return ParameterError(f'parameter {rospy.resolve_name(name)} is {value!r}; it must be {allowed}')
 
 
-def rename_old():
+def rename_old() -> None:
     """Copy parameters with names of older versions to today's names, if these are not set."""
+    known = {parameter.name for parameter in PLANNERS}
     for planner in ('TrajectoryPlannerROS', 'DWAPlannerROS'):
         given = rospy.get_param(f'~{planner}', {})
         for old, new in OLD_NAMES.items() if isinstance(given, dict) else ():
-            if old in given and new not in given and f'~{planner}/{old}' not in {each.name for each in PLANNERS}:
+            if old in given and new not in given and f'~{planner}/{old}' not in known:
                 rospy.set_param(f'~{planner}/{new}', given[old])
 
 
-def patience():
+def patience() -> Patience:
     names = [name for name in Patience.__dataclass_fields__ if name != 'aggressive_reset_dist']
     return Patience(**{name: OWN[f'~{name}'].read() for name in names})
 
 
-def planner():
+def planner() -> tuple[str, Settings, str]:
     """Return (name of the local planner, its Settings, the topic of odometry)."""
     name = OWN['~base_local_planner'].read().rpartition('/')[2]
     prefix = f'~{name}/'
-    given = SimpleNamespace(**{each.name[len(prefix):]: each.read() for each in PLANNERS
-                               if each.name.startswith(prefix)})
+    given = SimpleNamespace(**{parameter.name[len(prefix):]: parameter.read() for parameter in PLANNERS
+                               if parameter.name.startswith(prefix)})
     for key in [key for key in vars(given) if key.endswith('_samples')]:
         setattr(given, key, max(1, getattr(given, key)))  # 0 is 1, as in the original: TurtleBot3 has vy_samples 0
     settings = Settings(**{key: value for key, value in vars(given).items() if key in Settings.__dataclass_fields__})
@@ -158,10 +166,10 @@ def planner():
     return name, settings, given.odom_topic
 
 
-def _speeds(name, value):
+def _speeds(name: str, value: Any) -> list[float]:
     """Return the y_vels, a list or, as in older files, a text of numbers."""
     try:
-        speeds = [float(each) for each in (value.replace(',', ' ').split() if isinstance(value, str) else value)]
+        speeds = [float(speed) for speed in (value.replace(',', ' ').split() if isinstance(value, str) else value)]
     except (TypeError, ValueError):
         speeds = [math.nan]
     if not all(map(math.isfinite, speeds)) or not speeds:
@@ -169,10 +177,10 @@ def _speeds(name, value):
     return speeds
 
 
-def footprint(name):
+def footprint(name: str) -> Footprint:
     key = f'~{name}/footprint'
-    given, padding, radius = (COSTMAPS[f'~{name}/{each}'].read() for each in ('footprint', 'footprint_padding',
-                                                                              'robot_radius'))
+    given, padding, radius = COSTMAPS.read(*(f'~{name}/{field}' for field in (
+        'footprint', 'footprint_padding', 'robot_radius')))
     if given in ('', [], None):
         return Footprint.disc(radius + padding)
     try:
@@ -182,26 +190,26 @@ def footprint(name):
                     '[[-0.2, -0.2], [-0.2, 0.2], [0.2, 0.2], [0.2, -0.2]]') from None
 
 
-def layers(name):
+def layers(name: str) -> list[tuple[str, str]]:
     """Return [(namespace, type)] of the layers of a costmap: those of ``plugins``, or those of older versions."""
     plugins = COSTMAPS[f'~{name}/plugins'].read()
     if plugins in ('', None, []):
         static = rospy.get_param(f'~{name}/static_map', True)
         if static not in (True, False):
             raise error(f'~{name}/static_map', static, 'true or false')
-        return [*[(name, STATIC)] * static, (name, OBSTACLE), (name, INFLATION)]
-    found = []
+        return [(name, kind) for kind in (STATIC, OBSTACLE, INFLATION) if static or kind != STATIC]
+    listed = []
     for plugin in plugins if isinstance(plugins, list) else [None]:
         if not isinstance(plugin, dict) or not {'name', 'type'} <= plugin.keys():
             raise error(f'~{name}/plugins', plugins,
                         'a list such as [{name: static_layer, type: "costmap_2d::StaticLayer"}]')
         if plugin['type'] not in LAYERS:
             raise error(f'~{name}/plugins', plugin['type'], f'one of {", ".join(LAYERS)}')
-        found.append((f'{name}/{plugin["name"]}', plugin['type']))
-    return found
+        listed.append((f'{name}/{plugin["name"]}', plugin['type']))
+    return listed
 
 
-def number(name, default, minimum=-LARGEST, maximum=LARGEST):
+def number(name: str, default: float, minimum: float = -LARGEST, maximum: float = LARGEST) -> float:
     """Return a number whose name depends on other parameters."""
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not minimum <= value <= maximum:
@@ -209,27 +217,28 @@ def number(name, default, minimum=-LARGEST, maximum=LARGEST):
     return float(value)
 
 
-def _text(name, default, choices=()):
+def _text(name: str, default: str, choices: Sequence[str] = ()) -> str:
     value = rospy.get_param(name, default)
     if not isinstance(value, str) or choices and value not in choices:
         raise error(name, value, f'one of {", ".join(choices)}' if choices else 'a text')
     return value
 
 
-def _boolean(name, default):
+def _boolean(name: str, default: bool) -> bool:
     value = rospy.get_param(name, default)
     if not isinstance(value, bool):
         raise error(name, value, 'true or false')
     return value
 
 
-def sources(layer):
-    found = []
+def sources(layer: str) -> list[Source]:
+    """Return the Sources of an obstacle layer."""
+    listed = []
     for name in _text(f'~{layer}/observation_sources', '').split():
         space = f'~{layer}/{name}/'
         promised = number(f'{space}expected_update_rate', 0.0, 0.0) if rospy.has_param(
             f'{space}expected_update_rate') else None
-        found.append(Source(
+        listed.append(Source(
             _text(f'{space}topic', name), _text(f'{space}data_type', 'PointCloud2', DATA_TYPES),
             _text(f'{space}sensor_frame', ''), _boolean(f'{space}marking', True), _boolean(f'{space}clearing', False),
             _boolean(f'{space}inf_is_valid', False), number(f'{space}min_obstacle_height', 0.0),
@@ -237,4 +246,4 @@ def sources(layer):
             number(f'{space}obstacle_range', number(f'~{layer}/obstacle_range', 2.5)),
             number(f'{space}raytrace_range', number(f'~{layer}/raytrace_range', 3.0)),
             promised))
-    return found
+    return listed
