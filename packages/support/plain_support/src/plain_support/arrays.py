@@ -6,10 +6,11 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    Array = NDArray[Any]
     Floats = NDArray[np.floating[Any]]
     Bools = NDArray[np.bool_]
     Integers = NDArray[np.integer[Any]]
 else:  # numpy before 1.21 has no NDArray
-    ArrayLike = Floats = Bools = Integers = np.ndarray
+    Array = ArrayLike = Floats = Bools = Integers = np.ndarray
 
-__all__ = ['ArrayLike', 'Bools', 'Floats', 'Integers']
+__all__ = ['Array', 'ArrayLike', 'Bools', 'Floats', 'Integers']

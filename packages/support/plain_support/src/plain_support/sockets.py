@@ -72,7 +72,7 @@ def parsed(text: str) -> Tuple[str, int]:
 
 
 def _known(address: Tuple[object, ...]) -> Tuple[str, int]:
-    """Return the same of a socket's address."""
+    """Return (host, port) of a socket's address, an IPv4 address always as such."""
     return _plain(ipaddress.ip_address(str(address[0]).partition('%')[0])), int(str(address[1]))
 
 

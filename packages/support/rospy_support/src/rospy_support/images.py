@@ -3,7 +3,7 @@
 Arrays are (height, width) or (height, width, channels), uint8 or uint16 in this machine's byte order.
 """
 import sys
-from typing import Any, Dict, NamedTuple, Optional, Sequence, Type
+from typing import Dict, NamedTuple, Optional, Sequence, Type
 
 import cv2
 import numpy as np
@@ -11,8 +11,7 @@ from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from plain_support import is_truncated
-
-Array = np.ndarray[Any, Any]
+from plain_support.arrays import Array
 
 
 class ImageError(ValueError):

@@ -23,7 +23,7 @@ def waiting_text(subscriber: rospy.Subscriber, name: str) -> str:
 
 def text_about(topic: str, data_type: str, name: str, types: Mapping[str, str],
                publishers: Mapping[str, Sequence[str]]) -> str:
-    """Return the same text from ``types`` {topic: type} and ``publishers`` {topic: other nodes that publish it}."""
+    """Return the text of waiting_text; ``types``: {topic: type}, ``publishers``: {topic: other nodes}."""
     own = publishers.get(topic)
     if not own:
         text = f'{topic}: no node publishes it.'

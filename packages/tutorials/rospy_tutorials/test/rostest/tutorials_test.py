@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """The lessons: a turtle that follows by tf, polygons and numbers by actions, two numbers by a service, and others."""
 import math
-import os
 import signal
-import subprocess
 
 import actionlib
 import roslib.packages
@@ -367,22 +365,6 @@ class TutorialsTest(CourseCase):
         self.assertEqual('Hello World', Collected('/foo/chatter', String).next().data)
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
-
-    @nightly
-    def test_keyboard_drives(self):
-        """Keys from a program: a velocity each, and zeros when it has gone; a wrong parameter is named."""
-        wrong = self.program('teleop_twist_keyboard', 'teleop_twist_keyboard.py', '_speed:=fast')
-        self.assertIn("/teleop_twist_keyboard/speed is 'fast'; it must be a number", self.ended(wrong, code=2))
-        received = Collected('/robot/cmd_vel', Twist)
-        script = roslib.packages.find_node('teleop_twist_keyboard', 'teleop_twist_keyboard.py')[0]
-        process = Process(script, 'cmd_vel:=/robot/cmd_vel', '_speed:=0.25', stdin=subprocess.PIPE)
-        self.addCleanup(process.stop)
-        process.wait_for_output('currently:')
-        os.write(process.process.stdin.fileno(), b'U')
-        until(lambda: [one for one in received.messages if (one.linear.x, one.linear.y) == (0.25, 0.25)], 'a velocity')
-        process.process.stdin.close()
-        self.ended(process)
-        self.ends_with_a_stop(received)
 
 
 if __name__ == '__main__':

@@ -40,8 +40,9 @@ class TurtlebotTeleopTest(unittest.TestCase):
                 keyboard.stdin.flush()
                 until(lambda: any(command.linear.x == 0.4 for command in self.commands), 'forwards at 0.4 m/s',
                       2.0 * DEADLINE)  # rosrun and two programs start one after the other
-            finally:
                 keyboard.stdin.close()
+                until(lambda: self.commands[-1] == Twist(), 'a stop when no more keys come')
+            finally:
                 keyboard.terminate()
 
 
