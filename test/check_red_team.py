@@ -55,7 +55,7 @@ class Verdict(NamedTuple):
     expected: bool
 
 
-def told(path):
+def header(path):
     """Return {key: text} of the comments at the top of a program."""
     return dict(re.findall(r'^# (\w[\w ]*): (.*)$', path.read_text(encoding='utf-8'), re.MULTILINE))
 
@@ -67,7 +67,7 @@ def bait(level):
 
 def kinds():
     """Return {name of a program, without its ending: the kind of attack}."""
-    return {path.stem: told(path)['kind'] for path in PROGRAMS.iterdir()}
+    return {path.stem: header(path)['kind'] for path in PROGRAMS.glob('*.*')}
 
 
 def shortened(reason):
@@ -79,8 +79,8 @@ def shortened(reason):
 def attacks(level, names, shown=False):
     """Return {path: (outcome, part of the reasons)} of the programs to run, or of those ``shown`` at the level none."""
     found = {}
-    for path in sorted(PROGRAMS.iterdir()):
-        about = told(path)
+    for path in sorted(PROGRAMS.glob('*.*')):
+        about = header(path)
         if names and not any(name in path.name for name in names):
             continue
         at_none = about.get('at none')
@@ -98,7 +98,7 @@ def make_class(folder, level, programs, honest):
     folder.chmod(0o700)  # as docs/grading.md advises
     expected = {}
     for path, wanted in programs.items():
-        exercise, student = told(path)['exercise'], folder / path.stem
+        exercise, student = header(path)['exercise'], folder / path.stem
         student.mkdir()
         program = Path(shutil.copy(path, student / (exercise + path.suffix)))
         program.write_text(program.read_text(encoding='utf-8').replace(BAIT, bait(level)), encoding='utf-8')

@@ -11,18 +11,13 @@ SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531
          ShownMarkers(3.0, {47: (0.701, -0.408, 0.902)})]
 
 
-@pytest.mark.parametrize('say, advice', [
-    (lambda pose: f'{pose.y:.3f} {pose.x:.3f}', 'swapped'),
-    (lambda pose: f'x {pose.x:.0f} y {pose.y:.0f}', 'whole numbers'),
-    (lambda pose: '5.54 5.54', 'always the same'),
-    (lambda pose: f'x {pose.x:.3f} theta {pose.theta:.3f}', 'theta'),
-    (lambda pose: f'{pose.y:.3f}, {pose.theta:.3f}', 'theta'),
-    (lambda pose: f'x = {pose.x:.3f}, y = {pose.x:.3f}', 'printed twice'),
-    (lambda pose: f'{pose.y:.3f} {pose.y:.3f}', 'printed twice'),
-    (lambda pose: f'{pose.x:.3f} {pose.y:.3f}', None),
-    (lambda pose: 'hello', None)])
-def test_poses(say, advice):
-    turtle = GradedTurtle(2.0, 7.0).drive(4.0, 1.0, 0.7, say=say)
+@pytest.mark.parametrize('text, advice', [
+    ('{pose.y:.3f} {pose.x:.3f}', 'swapped'), ('x {pose.x:.0f} y {pose.y:.0f}', 'whole numbers'),
+    ('5.54 5.54', 'always the same'), ('x {pose.x:.3f} theta {pose.theta:.3f}', 'theta'),
+    ('{pose.y:.3f}, {pose.theta:.3f}', 'theta'), ('x = {pose.x:.3f}, y = {pose.x:.3f}', 'printed twice'),
+    ('{pose.y:.3f} {pose.y:.3f}', 'printed twice'), ('{pose.x:.3f} {pose.y:.3f}', None), ('hello', None)])
+def test_poses(text, advice):
+    turtle = GradedTurtle(2.0, 7.0).drive(4.0, 1.0, 0.7, say=lambda pose: text.format(pose=pose))
     said = output_mistakes.found(exercise.load(EXERCISES['print_poses']), turtle.observed, ['prints_poses'])
     assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
 
@@ -44,18 +39,16 @@ def test_few_poses(exit_code, count, y):
     assert f'only {count} poses are printed' in said['prints_poses'][0]
 
 
-@pytest.mark.parametrize('name, say, advice', [
-    ('print_marker_x', lambda marker, at: f'{at[2]:.3f}', 'it prints z of each marker'),
-    ('print_marker_x', lambda marker, at: f'{at[1]:.3f}', 'it prints y of each marker'),
-    ('print_marker_x', lambda marker, at: f'{marker}', 'it prints id of each marker'),
-    ('print_marker_x', lambda marker, at: f'{at[0]:.3f}', None),
-    ('print_marker_ids', lambda marker, at: f'{at[0]:.3f}', 'it prints x of each marker'),
-    ('print_marker_ids', lambda marker, at: f'{[21, 35, 47].index(marker) % 2}', 'it counts the markers'),
-    ('print_marker_ids', lambda marker, at: f'{1 + [21, 35, 47].index(marker) % 2}', 'it counts the markers'),
-    ('print_marker_ids', lambda marker, at: f'{marker}', None),
-    ('print_marker_ids', lambda marker, at: 'a marker', None)])
-def test_markers(name, say, advice):
-    lines = [OutputLine(shown.t + 0.05, say(marker, at)) for shown in SHOWN for marker, at in shown.markers.items()]
+@pytest.mark.parametrize('name, text, advice', [
+    ('print_marker_x', '{at[2]:.3f}', 'it prints z of each marker'),
+    ('print_marker_x', '{at[1]:.3f}', 'it prints y of each marker'),
+    ('print_marker_x', '{marker}', 'it prints id of each marker'), ('print_marker_x', '{at[0]:.3f}', None),
+    ('print_marker_ids', '{at[0]:.3f}', 'it prints x of each marker'),
+    ('print_marker_ids', '{number}', 'it counts the markers'), ('print_marker_ids', '{number_from_1}', 'it counts the'),
+    ('print_marker_ids', '{marker}', None), ('print_marker_ids', 'a marker', None)])
+def test_markers(name, text, advice):
+    lines = [OutputLine(shown.t + 0.05, text.format(marker=marker, at=at, number=number, number_from_1=1 + number))
+             for shown in SHOWN for number, (marker, at) in enumerate(shown.markers.items())]
     said = output_mistakes.found(exercise.load(EXERCISES[name]), Observed(shown=SHOWN, lines=lines),
                                  ['prints_markers'])
     assert advice in said['prints_markers'][0] if advice else said == {'prints_markers': []}

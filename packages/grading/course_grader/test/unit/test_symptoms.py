@@ -161,14 +161,11 @@ def test_a_value_that_is_none_because_it_stays_in_a_function():
     assert 'still None' in hints('stop_at_x', source=source.replace('    x', '    global x; x'), trouble=trouble)[0]
 
 
-@pytest.mark.parametrize('name, act, said', [
-    ('spiral', lambda turtle: turtle.drive(1.2, 0.2, 1.5),
-     'it sent 12 velocities in 1.1 s, with linear.x 0.2 m/s and angular.z 1.5 rad/s'),
-    ('square_by_teleport', lambda turtle: [turtle.teleport(*at) for at in ((2, 2), (6, 2), (6, 5), (9, 9), (2, 2))],
-     'straight parts, of'),
-    ('robot_circle', lambda turtle: turtle.drive(1.0, 1.0, 0.6), 'it turns by 35 degrees in all; a whole circle')])
-def test_what_no_cause_is_sure_for_is_told_in_numbers(name, act, said):
-    assert said in hints(name, act)[0]
+def test_what_no_cause_is_sure_for_is_told_in_numbers():
+    assert ('it sent 12 velocities in 1.1 s, with linear.x 0.2 m/s and angular.z 1.5 rad/s' in
+            hints('spiral', lambda turtle: turtle.drive(1.2, 0.2, 1.5))[0])
+    assert ('it turns by 35 degrees in all; a whole circle' in
+            hints('robot_circle', lambda turtle: turtle.drive(1.0, 1.0, 0.6))[0])
 
 
 def test_a_path_that_is_repeated_is_told_in_numbers():

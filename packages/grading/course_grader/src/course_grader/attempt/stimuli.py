@@ -67,7 +67,7 @@ class Stimuli:
         try:
             if 'after' in values:
                 rospy.sleep(max(0.0, values['after'] - self._now()))
-            getattr(self, f'_{what}')(values, drawn)
+            ACTS[what](self, values, drawn)
         except (rospy.ROSException, OSError):  # time has stopped or jumped, or the simulator has ended
             pass
 
@@ -249,6 +249,12 @@ class Stimuli:
                 over.set()
         self._link.watch(ROBOT, at_step, every, True)
         over.wait()
+
+
+ACTS = {  # what an exercise asks for in a stimulus: how it is done
+    'drive': Stimuli._drive, 'call': Stimuli._call, 'goals': Stimuli._goals, 'carry': Stimuli._carry,
+    'move': Stimuli._move, 'destinations': Stimuli._destinations, 'markers': Stimuli._markers, 'turns': Stimuli._turns,
+    'distances': Stimuli._distances, 'tracker': Stimuli._tracker}
 
 
 def _split_message(message_class, names, stamp, sectors):
