@@ -50,7 +50,8 @@ ROS_FREE = {'packages/simulation/kinematic_core/src': IMAGES,  # most do without
             'packages/grading/course_grader/src/course_grader/demo/core': IMAGES,
             **{str(folder.relative_to(REPOSITORY)): IMAGES | {'yaml'}
                for folder in sorted(REPOSITORY.glob('packages/*/*/src/*/core'))
-               if folder.parent.name != 'browser_servers'}}  # folder: foreign packages that it uses
+               if folder.parent.name != 'browser_servers'
+               and any(folder.glob('*.py'))}}  # folder: foreign packages that it uses
 WITH_ROS = REPOSITORY / 'packages/navigation/navigation_core/src/navigation_core/ros'  # in a folder of ROS_FREE
 INTERNALS = 'packages/support/rospy_support/src/rospy_support/rospy_internals'  # may use private parts of rospy
 REPAIR = 'packages/support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
@@ -233,6 +234,37 @@ def test_folder_without_ros_imports_none(folder):
             if not free:
                 wrong.add((name_of(path), name))
     assert wrong == set()
+
+
+FROM_FILE = re.compile(r'__file__\)[\w.()]*\.parents\[(\d+)\]')
+OF_PACKAGES = re.compile(r"""(?:/ |join\([^)]*)['"]packages['"/]""")
+READS_PACKAGES = {'packages/support/plain_support/src/plain_support/doctor/package_checks.py'}  # those of a repository
+
+
+def paths_out(text, depth):
+    """Return what leads out of the package in the text of a module ``depth`` folders below it."""
+    return [found.group() for found in FROM_FILE.finditer(text) if int(found.group(1)) > depth] + \
+        OF_PACKAGES.findall(text)
+
+
+@pytest.mark.parametrize('text, found', [
+    ("FOLDER = pathlib.Path(__file__).resolve().parents[2] / 'templates'", []),
+    ("Path(__file__).parents[4] / 'simulation'", ['__file__).parents[4]']),
+    ("os.path.join(repository, 'packages', 'grading')", ["join(repository, 'packages'"]),
+    ("'packages/grading is a folder'", []),
+    ("root / 'packages/grading'", ["/ 'packages/"]),
+])
+def test_paths_out_of_a_package_are_found(text, found):
+    assert paths_out(text, 2) == found
+
+
+@pytest.mark.parametrize('package', [each for each in PACKAGES.values() if each.room != 'test'],
+                         ids=lambda each: each.name)
+def test_modules_find_other_packages_by_rospack_or_import(package):
+    """A path that is computed knows where the rooms lie, which ROS may find elsewhere."""
+    found = {name_of(path): paths_out(path.read_text(encoding='utf-8'), len(path.relative_to(package.folder).parts) - 1)
+             for path in package.python()}
+    assert {name: out for name, out in found.items() if out and name not in READS_PACKAGES} == {}
 
 
 # ---------------------------------------------------------------------------------------------------- files of each
