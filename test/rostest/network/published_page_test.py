@@ -9,7 +9,6 @@ import ctypes
 import os
 import re
 import shlex
-import sys
 import unittest
 import urllib.error
 import urllib.request
@@ -20,30 +19,12 @@ import two_machines_test
 from rostest_support import browser
 from rostest_support.browser import Browser
 from rostest_support.common import Process, run, skip, until
+from rostest_support.forwarder import Forwarder
 from two_machines_test import LAPTOP, ROBOT, Machine
 
 REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
 STARTED = r'Open (http://localhost:(\d+)/\?token=\S+) in a browser'
 START_DEADLINE = 60.0  # [s] until the page has an address; on an idle machine it takes 5
-FORWARD = '''
-import asyncio, sys
-async def copy(reader, writer):
-    while True:
-        data = await reader.read(65536)
-        if not data:
-            break
-        writer.write(data)
-        await writer.drain()
-    writer.close()
-async def connect(reader, writer):
-    there = await asyncio.open_connection(sys.argv[2], int(sys.argv[3]))
-    await asyncio.gather(copy(reader, there[1]), copy(there[0], writer), return_exceptions=True)
-async def main():
-    server = await asyncio.start_server(connect, sys.argv[1], int(sys.argv[3]))
-    print("forwards", flush=True)
-    await server.serve_forever()
-asyncio.run(main())
-'''
 
 
 @contextlib.contextmanager
@@ -67,24 +48,23 @@ class PublishedPageTest(unittest.TestCase):
         self.addCleanup(self.container.remove)
         two_machines_test.connect(self.container, self.host)
 
-    def start(self, machine, *command, **environment):
-        process = Process(*machine.command(*command), **environment)
-        self.addCleanup(process.stop)
-        return process
-
     def test_the_address_that_the_container_prints_works_on_its_host(self):
         with open(os.path.join(REPOSITORY, 'compose.yaml'), encoding='utf-8') as file:
             course = yaml.safe_load(file)['services']['course']
         with open(os.path.join(REPOSITORY, 'Dockerfile'), encoding='utf-8') as file:
             listen = re.search(r'^ENV TURTLE_ROBOTONT_ADDRESS=(\S+)$', file.read(), re.MULTILINE).group(1)
         program, *arguments = shlex.split(course['command'])
-        ours = self.start(self.container, 'env', '-u', 'ROS_MASTER_URI', '-u', 'ROS_HOSTNAME',
-                          f'TURTLE_ROBOTONT_ADDRESS={listen}', os.path.join(REPOSITORY, program), *arguments)
-        address, port = ours.wait_for_output(STARTED, START_DEADLINE).groups()
+        page = Process(*self.container.command(
+            'env', '-u', 'ROS_MASTER_URI', '-u', 'ROS_HOSTNAME', f'TURTLE_ROBOTONT_ADDRESS={listen}',
+            os.path.join(REPOSITORY, program), *arguments))
+        self.addCleanup(page.stop)
+        address, port = page.wait_for_output(STARTED, START_DEADLINE).groups()
         here, outside, inside = course['ports'][0].split(':')
         self.assertEqual((port, port), (outside, inside))
-        self.start(self.host, sys.executable, '-c', FORWARD, here, ROBOT, port).wait_for_output('forwards')
+        self.assertEqual('127.0.0.1', here)
         with network_of(self.host):
+            forwarder = Forwarder((ROBOT, int(port)), int(port))
+            self.addCleanup(forwarder.close)
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(address.partition('?')[0], timeout=20)
             self.assertIn('the token is missing', refused.exception.read().decode())
@@ -96,7 +76,7 @@ class PublishedPageTest(unittest.TestCase):
             page.get(address)
 
             def x():
-                return float(next(one.text for one in page.find('.pose dd') if re.match(r'\d', one.text)))
+                return float(next(value.text for value in page.find('.pose dd') if re.match(r'\d', value.text)))
             page.until(lambda: page.find('#link.good') and page.find('.pose dd')[0].text[0] in '0123456789', 'a turtle')
             page.devtools('Input.dispatchKeyEvent', type='keyDown', code='ArrowUp', key='ArrowUp')
             until(lambda: x() > 6.0, 'the turtle driving')

@@ -1,9 +1,6 @@
 // What tests read from a page, and do there, that WebDriver has no command for: browser.call(LOOKS, 'looks.NAME', ...).
 
 const boxOf = (element) => element.getBoundingClientRect();
-const textOf = (element) => element.getAttribute('aria-label') || element.textContent.trim()
-  || (element.tagName === 'IMG' && element.alt !== undefined && element.alt !== null)
-  || element.labels?.[0]?.textContent.trim();
 
 window.looks = {
   // The pixels of turtlesim's canvas, in base64.
@@ -13,18 +10,6 @@ window.looks = {
     let text = '';
     for (let at = 0; at < data.length; at += 32768) text += String.fromCharCode(...data.subarray(at, at + 32768));
     return btoa(text);
-  },
-
-  // The visible controls that have no name for a screen reader.
-  nameless() {
-    return [...document.querySelectorAll('button, select, input, a, summary, img, canvas')]
-      .filter((element) => element.checkVisibility() && !element.closest('[aria-hidden=true]') && !textOf(element))
-      .map((element) => element.outerHTML);
-  },
-
-  // Whether something of the panel is wider than the window.
-  tooWide() {
-    return [...document.querySelectorAll('main, main *')].some((element) => boxOf(element).right > innerWidth + 1);
   },
 
   setRate(rate) {
@@ -56,7 +41,7 @@ window.looks = {
   marker(name) {
     const panel = window.shownMap?.world?.panels.find((one) => one.name === name);
     if (!panel) return null;
-    const {x, y, scale} = shownMap._place();
+    const {x, y, scale} = shownMap._extent();
     const box = boxOf(shownMap.element);
     return [box.x + box.width / 2 + (panel.x - x) * scale, box.y + box.height / 2 - (panel.y - y) * scale, scale];
   },

@@ -76,8 +76,8 @@ class Answers:
                                                 if kind == ros1_type(request.type)])
 
     def _topic_type(self, request: Any) -> Any:
-        kind = matches(request.topic, self._topic_globs) and rostopic.get_topic_type(request.topic)[0]
-        return self._srv.TopicTypeResponse(kind or '')
+        allowed = matches(request.topic, self._topic_globs)
+        return self._srv.TopicTypeResponse((rostopic.get_topic_type(request.topic)[0] or '') if allowed else '')
 
     def _publishers(self, request: Any) -> Any:
         return self._srv.PublishersResponse(self._nodes_of(0, request.topic))
@@ -110,7 +110,7 @@ class Answers:
 
     def _type_of(self, service: str) -> str:
         try:
-            return (rosservice.get_service_type(service) if matches(service, self._service_globs) else '') or ''
+            return (rosservice.get_service_type(service) or '') if matches(service, self._service_globs) else ''
         except (rosservice.ROSServiceException, OSError):
             return ''
 

@@ -96,8 +96,8 @@ def master_id() -> Optional[int]:
     return number
 
 
-def reason_to_end(folder: str, since: float, master: Optional[int]) -> str:
-    """Return why a recording that began at ``since`` (time.monotonic) with a master has to end; '' if it may go on.
+def reason_to_end(folder: str, since: float, master: Optional[int]) -> Optional[str]:
+    """Return why a recording that began at ``since`` (time.monotonic) with a master has to end; None if it may go on.
 
     rosbag's own limit counts ROS time, which may stand still.
     """
@@ -108,7 +108,7 @@ def reason_to_end(folder: str, since: float, master: Optional[int]) -> str:
             return f'the disk has less than {RESERVE} MB left'
     except OSError as error:
         return f'{folder}: {error.strerror}'
-    return 'the ROS master has ended' if master_id() != master else ''
+    return 'the ROS master has ended' if master_id() != master else None
 
 
 def close(process: BackgroundProcess, number: int, idle: float = IDLE) -> None:
@@ -133,10 +133,10 @@ def _written(process: psutil.Process) -> int:
         return 0
 
 
-def outcome(folder: str, before: Set[str], size: int, why: str) -> str:
+def outcome(folder: str, before: Set[str], size: int, why: Optional[str] = None) -> str:
     """Return a text about the recordings that are not in ``before``, a set of names; index those that were cut off.
 
-    ``size``: the limit [MiB]; ``why``: the reason for the end, or ''.
+    ``size``: the limit [MiB]; ``why``: the reason for the end, if it did not end by itself or by its user.
     """
     sentences = [f'The recording has ended: {why}.'] if why else []
     for path in sorted(pathlib.Path(folder).glob(f'{PREFIX}_*.bag*')):

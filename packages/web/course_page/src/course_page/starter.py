@@ -270,12 +270,13 @@ class Starter:
 
     async def _watch(self, name: str, size: int, master: Optional[int], before: Set[str]) -> None:
         """End a recording at its limits, and keep what has become of it as the reason of its end."""
-        begun, process, why = time.monotonic(), self._processes[name], ''
-        while not why and await _in_thread(process.members):
+        begun, process = time.monotonic(), self._processes[name]
+        why: Optional[str] = None
+        while why is None and await _in_thread(process.members):
             await asyncio.sleep(WATCH_INTERVAL)
             if name not in self._ending:
                 why = await _in_thread(recordings.reason_to_end, self._work, begun, master)
-        if why:
+        if why is not None:
             await self._end(name)
         self._reasons[name] = await _in_thread(recordings.outcome, self._work, before, size, why)
 

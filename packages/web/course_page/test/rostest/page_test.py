@@ -9,7 +9,6 @@ import re
 import shutil
 import socket
 import tempfile
-import threading
 import unittest
 import urllib.parse
 
@@ -29,7 +28,6 @@ from rospy_support.ports import free_port
 from rostest_support import browser
 from rostest_support.browser import Browser
 from rostest_support.common import (
-    PEN,
     Collected,
     Process,
     SimulatorCase,
@@ -40,6 +38,7 @@ from rostest_support.common import (
     skip,
     until,
 )
+from rostest_support.forwarder import Forwarder
 from rostest_support.node_pages import REPOSITORY
 
 SERVER = roslib.packages.find_node('course_page', 'browser')[0]
@@ -64,42 +63,7 @@ def listens(port):
     return False
 
 
-class StallingProxy:
-    """Forwards connections to a port of this machine, until ``stalled`` is set: a network that stands still."""
-
-    def __init__(self, port):
-        self.stalled, self._there = threading.Event(), port
-        self._server = socket.create_server(('127.0.0.1', 0))
-        self.port = self._server.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def _accept(self):
-        with contextlib.suppress(OSError):  # it is closed
-            while True:
-                client = self._server.accept()[0]
-                server = socket.create_connection(('127.0.0.1', self._there))
-                threading.Thread(target=self._serve, args=(client, server), daemon=True).start()
-
-    def _serve(self, client, server):
-        threading.Thread(target=self._copy, args=(client, server), daemon=True).start()
-        self._copy(server, client)
-
-    def _copy(self, one, other):
-        with one, other, contextlib.suppress(OSError):
-            while True:
-                data = one.recv(65536)
-                until(lambda: not self.stalled.is_set(), 'the network', 60.0)
-                if not data:
-                    return
-                other.sendall(data)
-
-    def close(self):
-        """Accept no more."""
-        self.stalled.clear()
-        self._server.close()
-
-
-class WholeAnswers(StallingProxy):
+class WholeAnswers(Forwarder):
     """A proxy that leads from a path to a port, and passes on answers once they are whole, but for WebSockets."""
 
     PATH = b'/user/ann/proxy/8000/'
@@ -137,10 +101,9 @@ class PageCase(unittest.TestCase):
         """Return the text of the first element; '' if there is none."""
         return next((one.text for one in self.page.find(selector)), '')
 
-    def show(self, panel, width=1280, height=800, touch=False, dark=False):
+    def show(self, panel, width=1280, height=800, touch=False):
         """Show a panel in a page that is loaded anew."""
         self.page.resize(width, height, touch)
-        self.page.prefer(dark)
         self.page.get('about:blank')
         self.page.get(f'{self.address}#/{panel}')
         self.page.until(lambda: self.page.find('#link.good'), 'a connection')
@@ -314,7 +277,7 @@ class PageTest(PageCase, SimulatorCase):
     @nightly
     def test_pictures_pass_a_proxy_that_waits_for_the_end_of_an_answer(self):
         """As that of JupyterLab and JupyterHub, jupyter-server-proxy, does; a stream has no end."""
-        proxy = WholeAnswers(urllib.parse.urlsplit(self.address).port)
+        proxy = WholeAnswers(('127.0.0.1', urllib.parse.urlsplit(self.address).port))
         self.addCleanup(proxy.close)
         self.addCleanup(self.page.get, 'about:blank')
         self.address = f'http://localhost:{proxy.port}{proxy.PATH.decode()}'
@@ -370,14 +333,6 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
 
     @nightly
-    def test_every_control_has_a_name(self):
-        """The text of a screen reader for every control."""
-        for panel in ('turtle', 'robot'):
-            self.show(panel)
-            self.page.until(lambda: self.page.find('.pose'), panel)
-            self.assertEqual([], self.looks('nameless'), panel)
-
-    @nightly
     def test_picture_and_controls_are_on_one_screen(self):
         image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
         self.addCleanup(image.unregister)
@@ -399,7 +354,7 @@ class PageTest(PageCase, SimulatorCase):
 
     @nightly
     def test_a_network_that_stands_still_is_said(self):
-        proxy = StallingProxy(urllib.parse.urlsplit(self.address).port)
+        proxy = Forwarder(('127.0.0.1', urllib.parse.urlsplit(self.address).port))
         self.addCleanup(proxy.close)
         self.show_turtle()
         self.page.get('about:blank')
@@ -431,21 +386,6 @@ class PageTest(PageCase, SimulatorCase):
             self.page.until(lambda: 'Another page drives now.' in self.text('.others'), 'the other page')
             other.devtools('Input.dispatchKeyEvent', type='keyUp', code='ArrowLeft', key='ArrowLeft')
             self.page.until(lambda: 'Another page' not in self.text('.others'), 'its end')
-
-    @nightly
-    def test_widths_and_themes(self):
-        """Nothing sticks out, on a phone, a tablet and a desk; the pictures are for looking at them."""
-        self.call('turtle1/set_pen', *PEN, 3, 0)
-        self.driver()(x=3.0, turn=2.0)
-        for panel in ('turtle', 'robot'):
-            self.show(panel)
-            self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
-            for width, height, touch in ((390, 844, True), (820, 1100, True), (1440, 900, False)):
-                self.page.resize(width, height, touch)
-                for dark in (False, True):
-                    self.page.prefer(dark)
-                    self.page.screenshot(f'{panel}_{width}_{"dark" if dark else "light"}')
-                self.assertFalse(self.looks('tooWide'), f'{panel} at {width} px is too wide')
 
 
 class MasterTest(PageCase):

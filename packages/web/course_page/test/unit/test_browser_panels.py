@@ -2,6 +2,8 @@
 import functools
 import http.server
 import json
+import math
+import pathlib
 import re
 import threading
 
@@ -12,6 +14,7 @@ from rostest_support import browser
 from unit_support import REPOSITORY
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)]
+CASES = pathlib.Path(__file__).with_name('cases.js')
 COURSE = course.steps(REPOSITORY / 'course')
 POSE = {'type': 'turtlesim/Pose', 'fieldnames': ['x', 'y'], 'fieldtypes': ['float32', 'float32'],
         'fieldarraylen': [-1, -1]}
@@ -87,21 +90,6 @@ def value(page, module, expression):
     ('../../app/drive', 'm.gamepadInput({axes: [1, 1], buttons: [{}, {pressed: true}]}, true)', None),
     ('rows', '["/rosout", "/turtle1/pose", "/camera/color/image_raw", "bare"].map(m.namespaceOf)',
      ['/', '/turtle1', '/camera', '/']),
-    ('rows', """(() => {
-        const list = new m.NamespaceList("x"), row = (name) => ({name, element: document.createElement("li")});
-        const rows = ["/b/y", "/b/x", "/a", "/c/z"].map(row);
-        rows[3].element.hidden = true;
-        list.arrange(rows);
-        const first = rows.slice(0, 2).map(({element}) => [...element.parentNode.children].indexOf(element));
-        list.element.querySelectorAll("summary")[1].click();  // closes /b
-        list.arrange(rows.slice(0, 3));
-        const closed = [...list.element.children].map((one) => one.open), found = new m.NamespaceList("x");
-        found.arrange(rows.slice(0, 3));
-        const again = [...found.element.children].map((one) => one.open);
-        found.arrange(rows.slice(0, 3), true);
-        const texts = [...found.element.querySelectorAll("summary")].map((one) => one.textContent);
-        return [first, closed, again, [...found.element.children].map((one) => one.open), texts];
-     })()""", [[1, 0], [True, False], [True, False], [True, True], ['/ (1)', '/b (2)']]),
     ('../../app/address', 'm.besideOf("turtle", {beside: "plot,turtle,,graph,plot,map,image"})',
      ['plot', 'graph', 'map']),
     ('../../app/address', 'm.besideOf("turtle", {})', []),
@@ -178,31 +166,25 @@ def test_values(page, module, expression, expected):
     assert value(page, module, expression) == expected
 
 
-TREE = '''(() => {
-    const tree = new m.FrameTree();
-    const still = {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}};
-    const send = (now, fixed, ...pairs) => tree.add({transforms: pairs.map(([parent, child]) => (
-        {header: {frame_id: parent}, child_frame_id: child, transform: still}))}, fixed, now);
-    %s
-    const {rows, trees} = tree.rows(%s);
-    return {trees, rows: rows.map(({name, depth, faults}) => [name, depth, faults.join()])};
-})()'''
+def test_rows_are_listed_by_namespaces(page):
+    assert page.call(CASES, 'cases.namespaces') == [
+        [1, 0], [True, False], [True, False], [True, True], ['/ (1)', '/b (2)']]
 
 
-@pytest.mark.parametrize('sent, now, trees, rows', [
-    ('', 0, 0, []),
-    ('send(0, true, ["base", "laser"]); send(1, false, ["/odom", "/base"]);', 2, 1,
+@pytest.mark.parametrize('messages, now, trees, rows', [
+    ([], 0, 0, []),
+    ([(0, True, [('base', 'laser')]), (1, False, [('/odom', '/base')])], 2, 1,
      [['odom', 0, ''], ['base', 1, ''], ['laser', 2, '']]),
-    ('send(0, false, ["odom", "base"]);', 9, 1, [['odom', 0, ''], ['base', 1, 'nothing has come for 9 s']]),
-    ('send(0, true, ["base", "laser"]);', 99, 1, [['base', 0, ''], ['laser', 1, '']]),
-    ('send(0, false, ["map", "base"], ["odom", "base"]);', 0, 1,
+    ([(0, False, [('odom', 'base')])], 9, 1, [['odom', 0, ''], ['base', 1, 'nothing has come for 9 s']]),
+    ([(0, True, [('base', 'laser')])], 99, 1, [['base', 0, ''], ['laser', 1, '']]),
+    ([(0, False, [('map', 'base'), ('odom', 'base')])], 0, 1,
      [['odom', 0, ''], ['base', 1, 'two nodes disagree about its parent: also map']]),
-    ('send(0, false, ["a", "b"], ["c", "d"]);', 0, 2, [['a', 0, ''], ['b', 1, ''], ['c', 0, ''], ['d', 1, '']]),
-    ('send(0, false, ["a", "b"], ["b", "a"]);', 0, 0,
+    ([(0, False, [('a', 'b'), ('c', 'd')])], 0, 2, [['a', 0, ''], ['b', 1, ''], ['c', 0, ''], ['d', 1, '']]),
+    ([(0, False, [('a', 'b'), ('b', 'a')])], 0, 0,
      [['b', 0, 'it is its own ancestor: the frames below form a circle'], ['a', 1, '']]),
 ], ids=['nothing', 'tree', 'lost', 'static', 'two parents', 'two trees', 'circle'])
-def test_frames_form_a_tree_and_faults_are_named(page, sent, now, trees, rows):
-    assert value(page, '../frames', TREE % (sent, now)) == {'trees': trees, 'rows': rows}
+def test_frames_form_a_tree_and_faults_are_named(page, messages, now, trees, rows):
+    assert page.call(CASES, 'cases.frameTree', messages, now) == {'trees': trees, 'rows': rows}
 
 
 def test_rates_and_angles_of_frames(page):
@@ -279,13 +261,7 @@ def test_log_is_bounded_and_counts_repeated_messages(page):
 
 
 def test_a_graph_of_50_nodes_is_laid_out_without_overlaps(page):
-    boxes = value(page, '../graph', '''(() => {
-        const nodes = Array.from({length: 50}, (_, i) => `/node${i}`);
-        const topics = nodes.map((name) => `${name}/topic`);
-        const edges = nodes.flatMap((name, i) => [[`n:${name}`, `t:${name}/topic`, ''],
-                                                  [`t:${name}/topic`, `n:/node${(i + 1) % 50}`, '']]);
-        return m.layOut({nodes, topics, edges}, (text) => 7 * text.length).nodes;
-    })()''')
+    boxes = page.call(CASES, 'cases.graph', 50)
     assert len(boxes) == 100
     for i, one in enumerate(boxes):
         for other in boxes[:i]:
@@ -384,56 +360,13 @@ def watched(page, nodes, types, drives=(), robot=False):
     (['/a', '/b'], 1, '/a, /b publish on /cmd_vel, too. Another page drives now.'),
 ])
 def test_who_else_drives_is_said(page, nodes, pages, said):
-    assert json.loads(page.evaluate(f'''(async () => {{
-        const {{othersText}} = await import("/app/drive.js");
-        return JSON.stringify(othersText("/cmd_vel", {json.dumps(nodes)}, {pages}));
-    }})()''')) == said
-
-
-# A connection to a server that can be silenced; `silent` and `socket` are for the test.
-SILENCED = '''(async () => {
-    class Socket {
-        constructor() {
-            window.socket = this;
-            this.readyState = 1;
-            setTimeout(() => this.onopen());
-        }
-        send() {}
-    }
-    Socket.OPEN = 1;
-    const before = [window.WebSocket, window.fetch];
-    [window.WebSocket, window.silent] = [Socket, false];
-    window.fetch = () => window.silent ? new Promise(() => {}) : Promise.resolve(
-        {ok: true, json: async () => ({master: true, ready: true, uri: "", name: "/browser"})});
-    const {Ros} = await import("/app/ros.js");
-    window.ros = new Ros("ws://nowhere");
-    const until = async (condition) => {
-        const start = performance.now();
-        while (!condition() && performance.now() < start + 20000) await new Promise((done) => setTimeout(done, 20));
-        return performance.now() - start;
-    };
-    await until(() => ros.node === "/browser" && ros.state.link === "open");
-    const calm = ros.state.stalled;
-    window.silent = true;
-    const wait = await until(() => ros.state.stalled);
-    socket.onmessage({data: JSON.stringify({op: "publish", topic: "/a", msg: {}})});
-    const after = ros.state.stalled;
-    [window.WebSocket, window.fetch] = before;
-    return JSON.stringify([calm, wait, after]);
-})()'''
+    assert value(page, '../../app/drive', f'm.othersText("/cmd_vel", {json.dumps(nodes)}, {pages})') == said
 
 
 def test_a_silent_link_counts_as_stalled_until_something_comes(page):
-    before, wait, after = json.loads(page.evaluate(SILENCED))
+    before, time, after = page.call(CASES, 'cases.silence')
     assert (before, after) == (False, False)
-    assert 1000.0 < wait < 5000.0  # [ms]; 2000 after the last answer
-
-
-TOAST = '''(async () => {
-    (await import("/app/shell.js")).toast("Step 5 of the course is done.");
-    const {bottom} = document.querySelector(".toast").getBoundingClientRect();
-    return bottom - document.querySelector(".bar").clientHeight;
-})()'''
+    assert 1000.0 < time < 5000.0  # [ms]; 2000 after the last answer
 
 
 def test_a_message_does_not_cover_the_picture_on_a_phone_held_sideways(page):
@@ -441,29 +374,18 @@ def test_a_message_does_not_cover_the_picture_on_a_phone_held_sideways(page):
     page.resize(844, 390, touch=True)
     page.get(address.replace('README.md', 'index.html'))
     try:
-        assert page.evaluate(TOAST) < 10.0  # [px] below the bar, where the heading of the panel is
+        assert page.call(CASES, 'cases.toast') < 10.0  # [px] below the bar, where the heading of the panel is
     finally:
         page.resize(1280, 800)
         page.get(address)
 
 
-TRANSFORMS = """(async () => {
-    const {Transforms} = await import("/app/frames.js");
-    const takers = [];
-    const frames = new Transforms({subscribe: (topic, type, take) => takers.push(take)});
-    const set = (parent, child, x, y, yaw) => takers[0]({transforms: [{header: {frame_id: parent},
-        child_frame_id: child,
-        transform: {translation: {x, y}, rotation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}}}]});
-    set("map", "odom", 1, 0, Math.PI / 2);
-    set("/odom", "base", 2, 0, 0);
-    set("base", "laser", 0, 1, 0);
-    return JSON.stringify([frames.pose("laser", "map"), frames.pose("map", "/base"), frames.pose("base", "nowhere")]);
-})()"""
-
-
 def test_frames_are_joined_in_the_plane(page):
     """The robot is 2 m along odom's x axis, which is map's y axis, and looks there; the laser is 1 m to its left."""
-    laser, of_map, unknown = json.loads(page.evaluate(TRANSFORMS))
+    laser, of_map, unknown = page.call(
+        CASES, 'cases.poses',
+        [('map', 'odom', 1, 0, math.pi / 2), ('/odom', 'base', 2, 0, 0), ('base', 'laser', 0, 1, 0)],
+        [('laser', 'map'), ('map', '/base'), ('base', 'nowhere')])
     assert [laser[key] for key in ('x', 'y', 'yaw')] == pytest.approx([0.0, 2.0, 1.5707963])
     assert [of_map[key] for key in ('x', 'y', 'yaw')] == pytest.approx([-2.0, 1.0, -1.5707963])
     assert unknown is None

@@ -92,7 +92,7 @@ def test_a_folder_that_has_gone_is_told(tmp_path):
 
 
 @pytest.mark.parametrize('age, free, master, wanted', [
-    (0, 9_000, 7, ''), (601, 9_000, 7, '10 minutes are over'), (0, 1_000, 7, 'the disk has less than 1024 MB left'),
+    (0, 9_000, 7, None), (601, 9_000, 7, '10 minutes are over'), (0, 1_000, 7, 'the disk has less than 1024 MB left'),
     (0, 9_000, None, 'the ROS master has ended'), (0, 9_000, 8, 'the ROS master has ended')])
 def test_a_recording_ends_at_its_limits_or_with_the_master(monkeypatch, age, free, master, wanted):
     disk(monkeypatch, free)
@@ -180,9 +180,9 @@ def test_a_recording_that_is_written_is_left_alone(tmp_path):
 def test_the_outcome_tells_what_there_is(tmp_path, monkeypatch):
     monkeypatch.setattr(recordings, '_indexed_apart', lambda path: f'{path.name} is indexed')
     before = recordings.names(str(tmp_path))
-    assert recordings.outcome(str(tmp_path), before, 1, '') == 'Nothing was recorded.'
+    assert recordings.outcome(str(tmp_path), before, 1) == 'Nothing was recorded.'
     sparse(tmp_path / 'page_1.bag', 2)
-    assert recordings.outcome(str(tmp_path), before, 1, '') == (
+    assert recordings.outcome(str(tmp_path), before, 1) == (
         'The recording has ended: it has reached 1 MB. Saved as page_1.bag, 2.0 MB.')
     before = recordings.names(str(tmp_path))
     cut(tmp_path / 'page_2.bag.active')

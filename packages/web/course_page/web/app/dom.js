@@ -84,16 +84,16 @@ export function commandLine(text) {
 
 // Return a function that calls `draw(time)` in the next frame of the screen, however often it is called until then.
 export function inNextFrame(draw) {
-  let asked = 0;
+  let handle = 0;
   const request = () => {
-    asked ||= requestAnimationFrame((time) => {
-      asked = 0;
+    handle ||= requestAnimationFrame((time) => {
+      handle = 0;
       draw(time);
     });
   };
   request.cancel = () => {
-    cancelAnimationFrame(asked);
-    asked = 0;
+    cancelAnimationFrame(handle);
+    handle = 0;
   };
   return request;
 }

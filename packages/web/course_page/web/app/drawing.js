@@ -5,9 +5,9 @@
 
 import {el, inNextFrame} from './dom.js';
 
-export const SIZE = 500;        // [px] of turtlesim's canvas
-export const METRE = 45;        // [px]
-export const ARENA = (SIZE - 1) / METRE;  // [m]
+const SIZE = 500;        // [px] of turtlesim's canvas
+const METRE = 45;        // [px]
+const ARENA = (SIZE - 1) / METRE;  // [m]
 const SPRITE = 45;              // [px]
 const PIXEL_BITS = 18;          // of a run's first number: its first pixel; the other bits: its length
 const OPAQUE = 0xff000000;
@@ -125,10 +125,10 @@ export class Drawing {
     const bytes = bytesOf(message.runs);
     const numbers = new DataView(bytes.buffer);
     for (let at = 0; at < bytes.length; at += 8) {
-      const place = numbers.getUint32(at, true);
-      const first = place & ((1 << PIXEL_BITS) - 1);
+      const run = numbers.getUint32(at, true);
+      const first = run & ((1 << PIXEL_BITS) - 1);
       const row = Math.floor(first / SIZE);
-      this._pixels.fill(numbers.getUint32(at + 4, true) | OPAQUE, first, first + (place >>> PIXEL_BITS));
+      this._pixels.fill(numbers.getUint32(at + 4, true) | OPAQUE, first, first + (run >>> PIXEL_BITS));
       if (row < this._top) this._top = row;
       if (row > this._bottom) this._bottom = row;
     }

@@ -295,10 +295,10 @@ function dead(value) {
 }
 
 // Return a slider for one of the driver's limits.
-export function limitSlider(driver, key, text, unit, most, step) {
+export function limitSlider(driver, key, text, unit, max, step) {
   const shown = el('span', {class: 'number'});  // an output element would take the slider's label
   const show = () => { shown.textContent = `${driver.limits[key].toFixed(1)} ${unit}`; };
-  const slider = el('input', {type: 'range', min: step, max: most, step, value: driver.limits[key], on: {input: () => {
+  const slider = el('input', {type: 'range', min: step, max, step, value: driver.limits[key], on: {input: () => {
     driver.limits[key] = Number(slider.value);
     show();
   }}});

@@ -42,10 +42,10 @@ export function rotate({x, y, z, w}, point) {
 }
 
 // Return the points {x, y, z} of a sensor_msgs/LaserScan in the frame of the scanner.
-export function scanPoints({angle_min: first, angle_increment: step, range_max: most, ranges}) {
+export function scanPoints({angle_min: first, angle_increment: step, range_max: max, ranges}) {
   const points = [];
   for (const [index, range] of ranges.entries()) {
-    if (range === null || range > most) continue;  // null: infinite, without an echo
+    if (range === null || range > max) continue;  // null: infinite, without an echo
     const angle = first + index * step;
     points.push({x: range * Math.cos(angle), y: range * Math.sin(angle), z: 0});
   }

@@ -77,7 +77,7 @@ export class WorldMap {
   }
 
   zoom(factor, at = null) {
-    const {x, y, scale} = this._place();
+    const {x, y, scale} = this._extent();
     const next = Math.max(10, Math.min(2000, scale * factor));
     const fixed = at ?? {x, y};
     this._view = {x: fixed.x + (x - fixed.x) * scale / next, y: fixed.y + (y - fixed.y) * scale / next, scale: next};
@@ -92,7 +92,7 @@ export class WorldMap {
   // Return the position [m] of a pointer event.
   position(event) {
     const box = this.element.getBoundingClientRect();
-    const {x, y, scale} = this._place();
+    const {x, y, scale} = this._extent();
     return {x: x + (event.clientX - box.left - box.width / 2) / scale, y: y - (event.clientY - box.top - box.height / 2) / scale};
   }
 
@@ -126,7 +126,7 @@ export class WorldMap {
   }
 
   // Return {x, y, scale [CSS px/m]} of the visible part.
-  _place() {
+  _extent() {
     if (this._view) return this._view;
     this._fitted ||= this._bounds();
     const {left, right, bottom, top} = this._fitted;
@@ -136,7 +136,7 @@ export class WorldMap {
 
   _context(canvas) {
     const context = canvas.getContext('2d');
-    const {x, y, scale} = this._place();
+    const {x, y, scale} = this._extent();
     const dots = scale * devicePixelRatio;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, canvas.width, canvas.height);
@@ -177,7 +177,7 @@ export class WorldMap {
   }
 
   _drawGrid(context) {
-    const {x, y, scale} = this._place();
+    const {x, y, scale} = this._extent();
     const [width, height] = [this.element.clientWidth / scale / 2, this.element.clientHeight / scale / 2];
     const step = 10 ** Math.ceil(Math.log10(25 / scale));  // [m] at least 25 px
     context.strokeStyle = cssColour('--line');
@@ -323,7 +323,7 @@ export class WorldMap {
         this.draw();
       } else {
         const now = this.position(event);
-        const {x, y, scale} = this._place();
+        const {x, y, scale} = this._extent();
         this._view = {x: x + start.x - now.x, y: y + start.y - now.y, scale};
         this.redraw();
       }
@@ -343,7 +343,7 @@ export class WorldMap {
   }
 
   _panelAt({x, y}) {
-    const reach = REACH / this._place().scale;
+    const reach = REACH / this._extent().scale;
     return this.world?.panels?.find((panel) => Math.hypot(panel.x - x, panel.y - y) < Math.max(reach, panel.size / 2)) ?? null;
   }
 

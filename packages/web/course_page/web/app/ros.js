@@ -60,7 +60,7 @@ export class Ros {
   // A later subscriber gets the last message at once, if there was one.
   subscribe(name, type, callback, {rate = 0, compression = 'none', length = 0} = {}) {
     let topic = this._topics.get(name);
-    if (!topic) this._topics.set(name, topic = {type, listeners: new Set(), asked: '', last: undefined});
+    if (!topic) this._topics.set(name, topic = {type, listeners: new Set(), sent: '', last: undefined});
     const listener = {callback, rate, compression, length, due: 0};
     topic.listeners.add(listener);
     if (topic.last !== undefined) {
@@ -123,7 +123,7 @@ export class Ros {
       this._published.clear();
       for (const hook of this._hooks) hook();
       for (const [name, topic] of this._topics) {
-        topic.asked = '';
+        topic.sent = '';
         this._ask(name, topic);
       }
       this._hear();
@@ -160,8 +160,8 @@ export class Ros {
       queue_length: Math.max(...listeners.map((one) => one.length)), compression: listeners[0].compression,
       ...(topic.type ? {type: topic.type} : {}),
     };
-    const asked = JSON.stringify(operation);
-    if (asked !== topic.asked && this.send(operation)) topic.asked = asked;
+    const frame = JSON.stringify(operation);
+    if (frame !== topic.sent && this.send(operation)) topic.sent = frame;
   }
 
   _received(data) {

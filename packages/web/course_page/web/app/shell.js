@@ -51,7 +51,7 @@ class Shell {
   constructor(ros) {
     this._ros = ros;
     this._rosapi = new Rosapi(ros);
-    this._shown = [...document.querySelectorAll('#panels > .panel')].map((element) => new Place(element));
+    this._shown = [...document.querySelectorAll('#panels > .panel')].map((element) => new Slot(element));
   }
 
   route() {
@@ -78,20 +78,20 @@ class Shell {
   }
 
   _show(index, panel, own) {
-    const place = this._shown[index];
+    const slot = this._shown[index];
     const key = panel ? JSON.stringify([index > 0, panel.id, own]) : '';
-    if (place.key === key) return;
-    place.key = key;
-    place.element.hidden = !panel;
-    place.clear();
-    if (panel) this._mount(place, panel, own, index === 0);
+    if (slot.key === key) return;
+    slot.key = key;
+    slot.element.hidden = !panel;
+    slot.clear();
+    if (panel) this._mount(slot, panel, own, index === 0);
   }
 
-  async _mount(place, panel, parameters, isFirst) {
+  async _mount(slot, panel, parameters, isFirst) {
     const body = el('div', {class: 'body'});
     const head = el('header', {class: 'head'}, el('h1', {}, panel.title));
-    fill(place.element, head, body);
-    const turn = place.turn;
+    fill(slot.element, head, body);
+    const turn = slot.turn;
     let module;
     try {
       module = await import(`../panels/${panel.id}.js`);
@@ -100,19 +100,19 @@ class Shell {
       fill(body, el('p', {class: 'empty'}, `This panel could not be loaded: ${error.message}. Reload the page.`));
       return;
     }
-    if (place.turn !== turn) return;
+    if (slot.turn !== turn) return;
     head.append(helpOf(panel, module.help), isFirst ? this._besideChoice(panel) : closeBeside(panel));
     const context = {
       ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine, keys: isFirst,
       // Change the panel's part of the address without mounting it again.
       setParameters: (changes) => {
-        if (place.turn !== turn) return;
+        if (slot.turn !== turn) return;
         const {id, parameters: now} = parseAddress(location.hash);
         Object.assign(parameters, changes);
         const named = Object.entries(changes).map(([key, value]) => [isFirst ? key : `${panel.id}.${key}`, value]);
         history.replaceState(null, '', addressOf(id || PANELS[0].id, {...now, ...Object.fromEntries(named)}));
         const own = ownParameters(parseAddress(location.hash).parameters, isFirst ? '' : panel.id);
-        place.key = JSON.stringify([!isFirst, panel.id, own]);
+        slot.key = JSON.stringify([!isFirst, panel.id, own]);
       },
       // Show another panel.
       open: (id, own = {}) => {
@@ -121,7 +121,7 @@ class Shell {
       },
     };
     try {
-      place.shown = new module.default(body, context);
+      slot.shown = new module.default(body, context);
     } catch (error) {
       console.error(error);
       fill(body, el('p', {class: 'empty'}, `This panel does not work: ${error.message}`));
@@ -160,8 +160,8 @@ class Shell {
   }
 }
 
-// A place for a panel.
-class Place {
+// A slot for a panel.
+class Slot {
   constructor(element) {
     this.element = element;
     this.key = '';

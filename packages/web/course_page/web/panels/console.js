@@ -179,9 +179,9 @@ export function merged(earlier, later) {
 }
 
 export class Log {
-  constructor(most = MAX_MESSAGES) {
+  constructor(limit = MAX_MESSAGES) {
     this.dropped = 0;
-    this._most = most;
+    this._limit = limit;
     this._entries = [];
     this._nodes = new Set();
   }
@@ -205,8 +205,8 @@ export class Log {
       level: message.level, name: NAMES[message.level] || 'info', node, text, stamp: message.header.stamp, count: 1,
       file: String(message.file).slice(0, 300), line: Number(message.line), function: String(message.function).slice(0, 200)});
     if (this._nodes.size < MOST_NODES) this._nodes.add(node);
-    const excess = this._entries.length - this._most;
-    if (excess > this._most / 10) { // not one by one, because that moves all others
+    const excess = this._entries.length - this._limit;
+    if (excess > this._limit / 10) { // not one by one, because that moves all others
       this._entries.splice(0, excess);
       this.dropped += excess;
     }

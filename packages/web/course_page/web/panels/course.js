@@ -80,8 +80,8 @@ export default class CoursePanel extends Panel {
     fill(this._element, el('div', {class: 'toolbar'}, this._progress, this._count, again), this._notice.element,
          el('ol', {class: 'steps'}, [...this._steps.values()].map(({element}) => element)));
     this._mark();
-    const wanted = this.context.parameters.step || [...this._steps.keys()].find((number) => !this._done[number]);
-    const first = this._steps.get(wanted);
+    const number = this.context.parameters.step || [...this._steps.keys()].find((step) => !this._done[step]);
+    const first = this._steps.get(number);
     if (first) first.details.open = true;
     if (this.context.parameters.step && first) first.element.scrollIntoView();
   }
@@ -97,16 +97,16 @@ export default class CoursePanel extends Panel {
     const links = panels.map((id) => PANELS.find((panel) => panel.id === id)).filter(Boolean).map((panel) => (
       el('a', {class: 'button-link', href: addressOf(panel.id, {beside: 'course'})}, panel.title)));
     const text = el('div');
-    let asked = false;
+    let loaded = false;
     const details = el('details', {on: {toggle: async () => {
       if (!details.open) return;
       this.context.setParameters({step: number});
-      if (asked) return;
-      asked = true;
+      if (loaded) return;
+      loaded = true;
       try {
         fill(text, parseStep(await read(`${folder}/README.md`)).map((block) => show(block, folder)));
       } catch (error) {
-        asked = false;
+        loaded = false;
         fill(text, emptyState('This step cannot be shown', error.message));
       }
     }}},

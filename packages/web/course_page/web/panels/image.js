@@ -118,7 +118,7 @@ export default class ImagePanel extends Panel {
   _control(scope) {
     fill(this._controls, cvWindowControls({
       topic: this._topic, scope, picture: this._picture, keys: this.context.keys,
-      place: (event) => this._place(event, this._picture)}));
+      pixelOf: (event) => this._pixelOf(event, this._picture)}));
   }
 
   _showCompressed(message) {
@@ -188,7 +188,7 @@ export default class ImagePanel extends Panel {
   }
 
   // Return the pixel {x, y} below the pointer, or null without a picture.
-  _place(event, shown) {
+  _pixelOf(event, shown) {
     const [width, height] = [shown.naturalWidth ?? shown.width, shown.naturalHeight ?? shown.height];
     const box = shown.getBoundingClientRect();
     return width ? {x: Math.min(width - 1, Math.max(0, Math.floor((event.clientX - box.x) / box.width * width))),
@@ -198,7 +198,7 @@ export default class ImagePanel extends Panel {
   _read(event) {
     const source = this._source();
     if (!source) return;
-    const {x, y} = this._place(event, event.currentTarget);
+    const {x, y} = this._pixelOf(event, event.currentTarget);
     const [r, g, b] = source.getContext('2d').getImageData(x, y, 1, 1).data;
     setText(this._pixel, `Pixel x ${x}, y ${y}: red ${r}, green ${g}, blue ${b}`);
   }
@@ -225,15 +225,15 @@ function isCvWindow(topic) {
   return CV_WINDOW.test(topic);
 }
 
-// Return the controls of a window below its picture, until `scope` ends. `place(event)` gives the pixel of an event.
-function cvWindowControls({topic, scope, picture, place, keys}) {
+// Return the controls of a window below its picture, until `scope` ends. `pixelOf(event)` gives the pixel of an event.
+function cvWindowControls({topic, scope, picture, pixelOf, keys}) {
   const {ros} = scope;
   const sliders = el('div', {class: 'toolbar'});
   if (keys) scope.listen(document, 'keydown', (event) => press(event, topic, ros));
   let last = 0;
   for (const [name, number] of Object.entries(CV_EVENTS)) {
     scope.listen(picture, name, (event) => {
-      const pixel = place(event);
+      const pixel = pixelOf(event);
       const moved = name === 'pointermove';
       if (!pixel || (moved && performance.now() - last < MOVE_PERIOD)) return;
       last = performance.now();
@@ -250,9 +250,9 @@ function cvWindowControls({topic, scope, picture, place, keys}) {
     }
     trackbars.forEach(({value}, index) => set(sliders.children[index], value));
   }));
-  const said = keys ? 'A window of cv2: the keys that you type and the mouse go to the program.'
+  const text = keys ? 'A window of cv2: the keys that you type and the mouse go to the program.'
     : 'A window of cv2: the mouse goes to the program; the keys go to the other panel.';
-  return el('div', {}, sliders, el('p', {class: 'muted small'}, said));
+  return el('div', {}, sliders, el('p', {class: 'muted small'}, text));
 }
 
 function press(event, topic, ros) {

@@ -155,7 +155,7 @@ export default class MapPanel extends Panel {
     const header = {stamp: {secs: 0, nsecs: 0}, frame_id: this._frame};
     const pose = {position: {x, y, z: 0}, orientation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}};
     const covariance = Array(36).fill(0);
-    [0, 7, 35].forEach((place, index) => { covariance[place] = COVARIANCE[index]; });
+    [0, 7, 35].forEach((entry, index) => { covariance[entry] = COVARIANCE[index]; });
     const sent = this._tool === 'goal'
       ? ros.publish('/move_base_simple/goal', 'geometry_msgs/PoseStamped', {header, pose})
       : ros.publish('/initialpose', 'geometry_msgs/PoseWithCovarianceStamped', {header, pose: {pose, covariance}});

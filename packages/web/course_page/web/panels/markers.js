@@ -19,7 +19,7 @@ export const help = [
 export default class MarkersPanel extends Panel {
   constructor(element, context) {
     super(context);
-    this._asked = 0;
+    this._requests = 0;
     this._tracker = choice('Tracker', []);
     this._ask = button('Explain the camera\'s image', () => this._explain(), {class: 'primary'});
     this._camera = el('div', {class: 'row', hidden: true}, this._tracker.element, this._ask);
@@ -58,15 +58,15 @@ export default class MarkersPanel extends Panel {
 
   // Show what `work` returns, {lines, src, command}, unless something else was asked meanwhile.
   async _show(doing, work) {
-    this._asked += 1;
-    const number = this._asked;
+    this._requests += 1;
+    const number = this._requests;
     this._clear();
     this._none.hidden = true;
     this._notice.say(doing);
     try {
       const {lines: raw, src, command = ''} = await work();
       const lines = raw.map((line) => clean(line, 500));
-      if (this.scope.ended || number !== this._asked) return;
+      if (this.scope.ended || number !== this._requests) return;
       this._notice.say('');
       fill(this._lines, lines.map((line) => el('li', {}, line)));
       fill(this._command, command ? commandLine(command) : []);
@@ -74,7 +74,7 @@ export default class MarkersPanel extends Panel {
       this._box.hidden = false;
       this.context.announce(`${lines.length} ${lines.length === 1 ? 'line' : 'lines'}. ${lines[0]}`);
     } catch (error) {
-      if (!this.scope.ended && number === this._asked) this._notice.say(error.message, true);
+      if (!this.scope.ended && number === this._requests) this._notice.say(error.message, true);
     }
   }
 
@@ -96,23 +96,23 @@ export default class MarkersPanel extends Panel {
       const {success, message} = await this.context.ros.call(`${tracker}/explain`, {}, {timeout: TIMEOUT});
       if (!success) throw new Error(message);
       const lines = message.split('\n').filter((line) => !line.startsWith('Drawn in '));
-      return {lines, src: `snapshot?${new URLSearchParams({topic: tracker + SUFFIX, type: 'png', again: this._asked})}`,
+      return {lines, src: `snapshot?${new URLSearchParams({topic: tracker + SUFFIX, type: 'png', again: this._requests})}`,
               command: `rosservice call ${tracker}/explain`};
     });
   }
 
   _send(file) {
     return this._show('The photo is being searched …', async () => {
-      const {blob, said} = await readyToSend(file);
+      const {blob, notes} = await readyToSend(file);
       const answer = await fetch('marker_photo', {method: 'POST', body: blob});
       if (!answer.ok) throw new Error(`${clean((await answer.text()).trim(), 300)}.`);
       const {lines, picture} = await answer.json();
-      return {lines: [...said, ...lines], src: `data:image/jpeg;base64,${picture}`};
+      return {lines: [...notes, ...lines], src: `data:image/jpeg;base64,${picture}`};
     });
   }
 }
 
-// Return {blob, said} of a file: a JPEG or PNG that the server takes, and lines about what was changed.
+// Return {blob, notes} of a file: a JPEG or PNG that the server takes, and lines about what was changed.
 async function readyToSend(file) {
   if (file.size > LARGEST_FILE) {
     throw new Error(`The file has ${Math.round(file.size / 1e6)} MB; at most ${LARGEST_FILE / 1e6} are allowed. Save a smaller picture.`);
@@ -125,7 +125,7 @@ async function readyToSend(file) {
   }
   const {width, height} = picture;
   const longer = Math.max(width, height);
-  if (longer <= SIDES[0] && file.size <= LARGEST && /^image\/(jpeg|png)$/.test(file.type)) return {blob: file, said: []};
+  if (longer <= SIDES[0] && file.size <= LARGEST && /^image\/(jpeg|png)$/.test(file.type)) return {blob: file, notes: []};
   for (const side of SIDES) {
     const scale = Math.min(1, side / longer);
     const canvas = el('canvas', {width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale))});
@@ -134,8 +134,8 @@ async function readyToSend(file) {
     drawing.drawImage(picture, 0, 0, canvas.width, canvas.height);
     const blob = await new Promise((resolve) => canvas.toBlob(resolve, 'image/jpeg', 0.92));
     if (blob && blob.size <= LARGEST) {
-      const said = scale < 1 ? [`The photo has ${width} x ${height} pixels; it was searched at ${canvas.width} x ${canvas.height}.`] : [];
-      return {blob, said};
+      const notes = scale < 1 ? [`The photo has ${width} x ${height} pixels; it was searched at ${canvas.width} x ${canvas.height}.`] : [];
+      return {blob, notes};
     }
   }
   throw new Error(`The picture has ${width} x ${height} pixels and is too large to be sent. Cut out the marker and its surroundings.`);

@@ -17,8 +17,8 @@ export default class NodesPanel extends RowsPanel {
   constructor(element, context) {
     super(context, 'nodes', 'name', ['No nodes yet', 'Only roscore and the server of this page are running.',
                                      'rosrun turtlesim turtlesim_node']);
-    this._wanted = context.parameters.node || '';
-    this._debug = labelled('Also those of tools', {type: 'checkbox', checked: isDebugNode(this._wanted),
+    this._requested = context.parameters.node || '';
+    this._debug = labelled('Also those of tools', {type: 'checkbox', checked: isDebugNode(this._requested),
                                                    on: {change: () => this.arrange()}});
     this.build(element, {tools: this._debug.element,
                          links: el('a', {class: 'button-link', href: addressOf('graph')}, 'Show as a graph')});
@@ -37,9 +37,9 @@ export default class NodesPanel extends RowsPanel {
       this.rows.get(name).update(details, system.types);
     }
     this.arrange();
-    if (this.rows.has(this._wanted)) {
-      this.reveal(this._wanted);
-      this._wanted = '';
+    if (this.rows.has(this._requested)) {
+      this.reveal(this._requested);
+      this._requested = '';
     }
   }
 }

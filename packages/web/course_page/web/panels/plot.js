@@ -37,8 +37,8 @@ export default class PlotPanel extends Panel {
       this._uplot = window.uPlot;
       this._rebuild();
     }, (error) => this._notice.say(error.message, true));
-    this._wanted = expand(context.parameters.fields || '').slice(0, MAX_FIELDS);
-    for (const text of this._wanted) this._fields.push({text, colour: this._free()});
+    this._requested = expand(context.parameters.fields || '').slice(0, MAX_FIELDS);
+    for (const text of this._requested) this._fields.push({text, colour: this._free()});
     this._list();
     this._resolve = this.scope.every(RETRY, () => this._resolveAll(), (error) => this._notice.say(error.message, true));
     this.scope.every(POLL_INTERVAL, () => this._suggest(), () => {});
@@ -51,15 +51,15 @@ export default class PlotPanel extends Panel {
       for (const {chart} of this._charts) chart.destroy();
     });
     let due = 0;
-    let told = 0;
+    let drawn = 0;
     const frame = (time) => {
       if (this.scope.ended) return;
       requestAnimationFrame(frame);
       if (time < due || !this._uplot) return;
       due = time + DRAW;
       if (!this._frozen) this._draw();
-      if (time > told) {
-        told = time + TABLE;
+      if (time > drawn) {
+        drawn = time + TABLE;
         this._showTable();
       }
     };
@@ -100,14 +100,14 @@ export default class PlotPanel extends Panel {
   }
 
   _add(text) {
-    const wanted = expand(text).filter((one) => !this._fields.some((field) => field.text === one));
-    if (!wanted.length) {
+    const texts = expand(text).filter((one) => !this._fields.some((field) => field.text === one));
+    if (!texts.length) {
       this._notice.say(text.trim() ? 'This field is shown already.' : 'Type a field first, such as /turtle1/pose/x.', true);
       this._input.input.focus();
       return;
     }
     this._notice.say('');
-    for (const one of wanted) {
+    for (const one of texts) {
       if (this._fields.length >= MAX_FIELDS) {
         this._notice.say(`${MAX_FIELDS} fields are shown already. Remove one first.`, true);
         break;
@@ -148,13 +148,13 @@ export default class PlotPanel extends Panel {
       field.state = error.message;
       return;
     }
-    const place = this._fields.indexOf(field);
-    if (place < 0 || this.scope.ended) return;
-    this._fields.splice(place, 1);
+    const index = this._fields.indexOf(field);
+    if (index < 0 || this.scope.ended) return;
+    this._fields.splice(index, 1);
     const few = paths.filter((path) => !this._fields.some((one) => one.text === `${found.topic}/${path}`))
       .slice(0, MAX_FIELDS - this._fields.length);
     few.forEach((path, i) => {
-      this._fields.splice(place + i, 0, {text: `${found.topic}/${path}`, colour: i ? this._free() : field.colour,
+      this._fields.splice(index + i, 0, {text: `${found.topic}/${path}`, colour: i ? this._free() : field.colour,
                                          topic: found.topic, path, state: 'no message yet'});
       this._subscribe(found.topic, type, path);
     });

@@ -39,8 +39,8 @@ export default class ReconfigurePanel extends Panel {
                                   'rosrun dynamic_reconfigure dynparam list'));
       return;
     }
-    const wanted = this.context.parameters.node;
-    this._choice.input.value = nodes.includes(wanted) ? wanted : nodes[0];
+    const requested = this.context.parameters.node;
+    this._choice.input.value = nodes.includes(requested) ? requested : nodes[0];
     this._choose(this._choice.input.value);
   }
 
@@ -122,12 +122,12 @@ function valuesOf(config) {
 
 // Return [{name, type, text, min, max, usual, choices}] of a dynamic_reconfigure/ConfigDescription, each name once.
 export function parametersOf(description) {
-  const [least, most, usual] = ['min', 'max', 'dflt'].map((key) => valuesOf(description[key]));
+  const [min, max, usual] = ['min', 'max', 'dflt'].map((key) => valuesOf(description[key]));
   const found = new Map();
   for (const {parameters} of description.groups) {
     for (const {name, type, description: text, edit_method: edit} of parameters) {
       if (!(type in LISTS)) continue;
-      found.set(name, {name, type, text, min: least.get(name), max: most.get(name), usual: usual.get(name), choices: choicesOf(edit)});
+      found.set(name, {name, type, text, min: min.get(name), max: max.get(name), usual: usual.get(name), choices: choicesOf(edit)});
     }
   }
   return [...found.values()];

@@ -42,7 +42,7 @@ export default class RobotPanel extends Panel {
     this._images = '';
     this._shown = 0;
     this._frames = new Frames(context.ros);
-    this._map = new WorldMap('The world of the Robotont from above', (pose) => this._place(pose), (panel) => this._move(panel));
+    this._map = new WorldMap('The world of the Robotont from above', (pose) => this._setPose(pose), (panel) => this._move(panel));
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
     this._others = new OtherDrivers(this._driver, context);
@@ -89,8 +89,8 @@ export default class RobotPanel extends Panel {
       fill(this._choice, robots.map((name) => el('option', {value: name}, name)));
       this._choice.hidden = robots.length < 2;
     }
-    const wanted = this.context.parameters.robot;
-    const robot = robots.includes(wanted) ? wanted : robots.includes(this._robot) ? this._robot : robots[0] ?? null;
+    const requested = this.context.parameters.robot;
+    const robot = robots.includes(requested) ? requested : robots.includes(this._robot) ? this._robot : robots[0] ?? null;
     this._choice.value = robot ?? '';
     const has = (name) => topics.some((topic) => topic.name === `${robot}${name}`);
     const simulated = has('robotont_gazebo/ground_truth');
@@ -264,7 +264,7 @@ export default class RobotPanel extends Panel {
     this._placeButton.setAttribute('aria-pressed', String(placing));
   }
 
-  _place({x, y, yaw}) {
+  _setPose({x, y, yaw}) {
     this._setPlacing(false);
     this._caller.call(`${this._robot}robotont_gazebo/set_pose`, {x: round(x), y: round(y), yaw: round(yaw)});
   }

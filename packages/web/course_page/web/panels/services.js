@@ -19,9 +19,9 @@ export default class ServicesPanel extends RowsPanel {
   constructor(element, context) {
     super(context, 'services', 'name', ['No services yet', 'Services appear as soon as a node offers some.',
                                         'rosrun turtlesim turtlesim_node']);
-    this._wanted = context.parameters.service || '';
+    this._requested = context.parameters.service || '';
     this._all = labelled('Also those of every node', {
-      type: 'checkbox', checked: OF_EVERY_NODE.test(this._wanted), on: {change: () => this.arrange()}});
+      type: 'checkbox', checked: OF_EVERY_NODE.test(this._requested), on: {change: () => this.arrange()}});
     this.build(element, {tools: this._all.element});
     this.scope.every(LIST, () => this._load(), (error) => this.notice.say(error.message, true));
     this.scope.add(() => this.rows.forEach((row) => row.close()));
@@ -43,9 +43,9 @@ export default class ServicesPanel extends RowsPanel {
       if (!this.rows.has(name)) this.rows.set(name, new ServiceRow(this, name));
     }
     this.arrange();
-    if (this.rows.has(this._wanted)) {
-      this.reveal(this._wanted);
-      this._wanted = '';
+    if (this.rows.has(this._requested)) {
+      this.reveal(this._requested);
+      this._requested = '';
     }
   }
 

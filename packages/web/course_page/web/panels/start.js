@@ -21,23 +21,23 @@ export default class StartPanel extends Panel {
     this._list = el('ul', {class: 'rows programs'});
     element.classList.add('without-ros');
     fill(element, this._notice.element, this._list);
-    const timer = setInterval(() => document.hidden || this.ask(), POLL_INTERVAL); // also without a master
+    const timer = setInterval(() => document.hidden || this.update(), POLL_INTERVAL); // also without a master
     this.scope.add(() => clearInterval(timer));
-    this.ask();
+    this.update();
   }
 
-  // Ask the server for the state of all programs; with `wanted`, start or stop one first. Return its question, or ''.
-  async ask(wanted = null) {
+  // Ask the server for the state of all programs; with `request`, start or stop one first. Return its question, or ''.
+  async update(request = null) {
     try {
-      const answer = await fetch('programs', wanted ? {method: 'POST', body: JSON.stringify(wanted)} : {});
+      const answer = await fetch('programs', request ? {method: 'POST', body: JSON.stringify(request)} : {});
       if (!answer.ok) throw new Error(await answer.text());
-      const told = await answer.json();
-      if (told.question) return told.question;
-      this._show(told);
-      if (wanted || this._lost) this._notice.say('');
+      const reply = await answer.json();
+      if (reply.question) return reply.question;
+      this._show(reply);
+      if (request || this._lost) this._notice.say('');
       this._lost = false;
     } catch (error) {
-      this._lost ||= !wanted;
+      this._lost ||= !request;
       this._notice.say(`The server of the page did not do that: ${error.message}`, true);
     }
     return '';
@@ -68,7 +68,7 @@ class ProgramRow {
     this._said = '';
     this._state = el('span', {class: 'muted small', role: 'status'});
     this._start = button('Start', () => this._ask(false), {'aria-label': `Start ${title}`});
-    this._stop = button('Stop', () => panel.ask({name, action: 'stop'}), {'aria-label': `Stop ${title}`});
+    this._stop = button('Stop', () => panel.update({name, action: 'stop'}), {'aria-label': `Stop ${title}`});
     this._about = el('p', {class: 'muted'});
     this._text = el('p', {});
     this._instead = button('End it and start this', () => this._ask(true), {'aria-label': `End it and start ${title}`});
@@ -87,8 +87,8 @@ class ProgramRow {
   async _ask(instead) {
     this._show('');
     this._start.disabled = true;
-    this._show(await this._panel.ask({name: this._name, action: 'start', instead}));
-    this._panel.ask();
+    this._show(await this._panel.update({name: this._name, action: 'start', instead}));
+    this._panel.update();
   }
 
   _show(question) {

@@ -28,7 +28,7 @@ export default class TopicsPanel extends RowsPanel {
   constructor(element, context) {
     super(context, 'topics', 'name or type', ['No topics yet', 'Topics appear as soon as a node publishes or subscribes.',
                                               'rosrun turtlesim turtlesim_node']);
-    this._wanted = new Set((context.parameters.open || '').split(',').filter(Boolean));
+    this._requested = new Set((context.parameters.open || '').split(',').filter(Boolean));
     this.build(element, {after: this._newTopic()});
     this.scope.every(LIST, () => this._load(), (error) => this.notice.say(error.message, true));
     this.scope.every(SHOW, () => {
@@ -44,7 +44,7 @@ export default class TopicsPanel extends RowsPanel {
     const found = new Map(topics.map(({name, type}) => [name, type]));
     for (const [name, row] of this.rows) {
       if (found.get(name) !== row.type) {
-        if (row.isOpen) this._wanted.add(name); // it is opened again when it comes back
+        if (row.isOpen) this._requested.add(name); // it is opened again when it comes back
         row.close();
         this.remove(row);
       }
@@ -53,7 +53,7 @@ export default class TopicsPanel extends RowsPanel {
       if (!this.rows.has(name)) this.rows.set(name, new TopicRow(this, name, type));
     }
     this.arrange();
-    for (const name of [...this._wanted]) if (this.rows.has(name) && this._wanted.delete(name)) this.reveal(name);
+    for (const name of [...this._requested]) if (this.rows.has(name) && this._requested.delete(name)) this.reveal(name);
     this._knownTypes([...new Set(found.values())].filter(Boolean).sort());
   }
 
@@ -71,14 +71,14 @@ export default class TopicsPanel extends RowsPanel {
     const name = labelled('Topic', {placeholder: '/turtle1/cmd_vel'});
     const type = labelled('Type', {placeholder: 'geometry_msgs/Twist', list: types.id});
     const notice = new Notice();
-    const place = el('div', {class: 'stack'});
+    const container = el('div', {class: 'stack'});
     let scope = null;
     const show = async () => {
       notice.say('');
       if (scope) scope.end();
       scope = new Scope(this.context.ros);
       this.scope.add(() => scope.end());
-      fill(place);
+      fill(container);
       try {
         const topic = name.input.value.trim();
         if (!/^[/~]?[A-Za-z][\w/]*$/.test(topic)) {
@@ -89,7 +89,7 @@ export default class TopicsPanel extends RowsPanel {
           type.input.focus();
           throw new Error('The type has the form package/Name, as in geometry_msgs/Twist.');
         }
-        await showPublisher(place, scope, this.context, topic, type.input.value.trim());
+        await showPublisher(container, scope, this.context, topic, type.input.value.trim());
       } catch (error) {
         notice.say(error.message, true);
       }
@@ -99,7 +99,7 @@ export default class TopicsPanel extends RowsPanel {
                 event.preventDefault();
                 show();
               }}}, name.element, type.element, types, el('button', {type: 'submit'}, 'Make a form')),
-              notice.element, place);
+              notice.element, container);
   }
 }
 
@@ -146,12 +146,12 @@ class TopicRow extends Row {
     this._tree.element.hidden = true;
     const people = el('p', {class: 'small muted'});
     const publish = el('details', {class: 'inner', on: {toggle: () => {
-      if (publish.open && !place.firstChild) {
-        showPublisher(place, scope, context, this.name, this.type).catch((error) => fill(place, error.message));
+      if (publish.open && !container.firstChild) {
+        showPublisher(container, scope, context, this.name, this.type).catch((error) => fill(container, error.message));
       }
     }}}, el('summary', {}, 'Publish on this topic'));
-    const place = el('div', {class: 'stack'});
-    publish.append(place);
+    const container = el('div', {class: 'stack'});
+    publish.append(container);
     const numbers = types.numericPaths();
     fill(this.body, this._waiting, this._tree.element, people, el('div', {class: 'row'},
       numbers.length ? el('a', {class: 'button-link', href: addressOf('plot', {
@@ -281,8 +281,8 @@ class Monitor {
   }
 }
 
-// Fill `place` with a form that publishes on a topic, until the scope ends. A vehicle is stopped at the end.
-async function showPublisher(place, scope, context, topic, type) {
+// Fill `container` with a form that publishes on a topic, until the scope ends. A vehicle is stopped at the end.
+async function showPublisher(container, scope, context, topic, type) {
   const types = await messageTypes(context.ros, type);
   if (scope.ended) return;
   const form = new Form(types);
@@ -347,5 +347,5 @@ async function showPublisher(place, scope, context, topic, type) {
   scope.add(stop);
   scope.listen(document, 'visibilitychange', () => document.hidden && stop());
   notice.element.setAttribute('aria-live', 'off'); // it counts
-  fill(place, form.element, el('div', {class: 'toolbar'}, once, repeat, rate.element), notice.element, command);
+  fill(container, form.element, el('div', {class: 'toolbar'}, once, repeat, rate.element), notice.element, command);
 }

@@ -68,8 +68,8 @@ export default class TurtlePanel extends Panel {
       fill(this._choice, nodes.map((node) => el('option', {value: node}, node)));
       this._choice.hidden = nodes.length < 2;
     }
-    const wanted = this.context.parameters.node;
-    const node = nodes.includes(wanted) ? wanted : nodes.includes(this._node) ? this._node : nodes[0] || '';
+    const requested = this.context.parameters.node;
+    const node = nodes.includes(requested) ? requested : nodes.includes(this._node) ? this._node : nodes[0] || '';
     this._choice.value = node;
     if (node !== this._node) this._follow(node);
   }
@@ -173,18 +173,18 @@ export default class TurtlePanel extends Panel {
   }
 
   _placeCard() {
-    const field = (most, value) => el('input', {type: 'number', step: 'any', min: most === Math.PI ? -7 : 0, max: most, value});
+    const field = (max, value) => el('input', {type: 'number', step: 'any', min: max === Math.PI ? -7 : 0, max, value});
     const [x, y, theta] = [field(11.09, 5.5), field(11.09, 5.5), field(7, 0)];
     const name = el('input', {type: 'text', autocomplete: 'off', placeholder: 'next number', maxLength: 200});
-    const place = () => ({x: Number(x.value), y: Number(y.value), theta: Number(theta.value)});
+    const pose = () => ({x: Number(x.value), y: Number(y.value), theta: Number(theta.value)});
     return el('details', {class: 'card', open: wide()}, el('summary', {}, 'Place'),
       el('div', {class: 'stack'},
         el('div', {class: 'fields'}, el('label', {class: 'field'}, 'x [m]', x), el('label', {class: 'field'}, 'y [m]', y),
           el('label', {class: 'field'}, 'θ [rad]', theta)),
-        el('div', {class: 'row'}, this._button('Move', () => this._teleport(place())),
+        el('div', {class: 'row'}, this._button('Move', () => this._teleport(pose())),
           this._button('Kill', () => this._call('kill', {name: this._turtle}))),
         el('div', {class: 'row'}, el('label', {class: 'field grow'}, 'Name of a new one', name),
-          this._button('Spawn', () => this._spawn({...place(), name: name.value.trim()}), 'primary'))));
+          this._button('Spawn', () => this._spawn({...pose(), name: name.value.trim()}), 'primary'))));
   }
 
   _button(text, action, kind = '') {
@@ -202,8 +202,8 @@ export default class TurtlePanel extends Panel {
     return this._call(`${this._turtle}/teleport_absolute`, {x, y, theta});
   }
 
-  async _spawn(place) {
-    const answer = await this._call('spawn', place);
+  async _spawn(pose) {
+    const answer = await this._call('spawn', pose);
     if (answer) this._choose(answer.name);
   }
 
@@ -269,16 +269,16 @@ export default class TurtlePanel extends Panel {
       this._drawing.draw();
     };
     arena.addEventListener('pointerdown', (event) => {
-      const place = this._drawing.position(event);
+      const pose = this._drawing.position(event);
       if (event.button) return;
       if (this._tool === 'select') {
-        const turtle = this._drawing.turtleAt(place);
+        const turtle = this._drawing.turtleAt(pose);
         if (turtle) this._choose(turtle.name);
         return;
       }
       event.preventDefault();
       arena.setPointerCapture(event.pointerId);
-      start = {...place, theta: this._tool === 'teleport' ? this._find()?.theta ?? 0 : 0, image: this._find()?.image ?? 'noetic'};
+      start = {...pose, theta: this._tool === 'teleport' ? this._find()?.theta ?? 0 : 0, image: this._find()?.image ?? 'noetic'};
       this._drawing.mark = start;
       this._drawing.draw();
     });
@@ -290,9 +290,9 @@ export default class TurtlePanel extends Panel {
     arena.addEventListener('pointerup', (event) => {
       if (!start) return;
       const {x, y, theta} = aim(event);
-      const place = {x: round(x), y: round(y), theta: round(theta)};
-      if (this._tool === 'teleport') this._teleport(place);
-      else this._spawn({...place, name: ''});
+      const pose = {x: round(x), y: round(y), theta: round(theta)};
+      if (this._tool === 'teleport') this._teleport(pose);
+      else this._spawn({...pose, name: ''});
       end();
     });
     arena.addEventListener('pointercancel', end);

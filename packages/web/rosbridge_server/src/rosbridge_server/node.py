@@ -6,9 +6,7 @@ over to it.
 import asyncio
 import functools
 import gc
-import socket
 import sys
-import time
 from typing import Callable, List, Tuple, TypeVar
 
 import rosapi.srv
@@ -81,7 +79,8 @@ class RosbridgeNode:
             if value:
                 raise parameters.ParameterError(f'parameter {rospy.resolve_name("~" + name)} is true; it must be '
                                                 'false: this server has a token instead of rosauth, and no BSON')
-        sockets = self._listen(port, address, *read('~retry_startup_delay'))
+        delay, = read('~retry_startup_delay')
+        sockets = web.listen_when_free(port, address, delay, rospy.logwarn, rospy.is_shutdown)
         self._server = web.Server(self._application, sockets, (certificate, key) if certificate and key else None)
         self._scheme = 'wss' if certificate and key else 'ws'
         token, origins, hosts, null_origin = read('~token', '~origins', '~hosts', '~websocket_null_origin')
@@ -91,18 +90,6 @@ class RosbridgeNode:
                           '~unregister_timeout')
         registration.keep_parameter('~actual_port', self._server.port)
         parameters.log_effective()
-
-    @staticmethod
-    def _listen(port: int, address: str, delay: float) -> List[socket.socket]:
-        while True:
-            try:
-                return web.listen(port, address)
-            except OSError as error:
-                rospy.logwarn('Cannot listen at %s, port %d (%s). Is another rosbridge running? Trying again in %g s; '
-                              'for another port, type _port:=9091', address, port, error.strerror or error, delay)
-                time.sleep(delay)
-                if rospy.is_shutdown():
-                    sys.exit(0)
 
     def _application(self) -> tornado.web.Application:
         folder, interval, timeout, compress, unregister = self._http

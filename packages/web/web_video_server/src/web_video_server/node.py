@@ -5,9 +5,6 @@ Threading contract: the loop of the server runs in a thread of its own; rospy's 
 import asyncio
 import functools
 import os
-import socket
-import sys
-import time
 from typing import List
 
 import jinja2
@@ -71,7 +68,7 @@ def main() -> None:
     nodes.init_node('web_video_server', PARAMETERS)
     port, address, kind, max_streams = PARAMETERS.read('~port', '~address', '~default_stream_type', '~max_streams')
     report = Report()
-    sockets = _listen(port, address)
+    sockets = web.listen_when_free(port, address, RETRY, rospy.logwarn, rospy.is_shutdown)
     port = sockets[0].getsockname()[1]
     token, origins, hosts, null_origin = PARAMETERS.read('~token', '~origins', '~hosts', '~null_origin')
     access = web.make_access(address, token, origins, hosts, null_origin, rospy.logwarn, port)
@@ -90,15 +87,3 @@ def main() -> None:
     rospy.loginfo('Image topics are shown at http://%s:%d/', 'localhost' if address == '127.0.0.1' else address, port)
     rospy.spin()
     server.stop()
-
-
-def _listen(port: int, address: str) -> List[socket.socket]:
-    while True:
-        try:
-            return web.listen(port, address)
-        except OSError as error:
-            rospy.logwarn('Cannot listen at %s, port %d (%s). Trying again in %g s; for another port, type _port:=8081',
-                          address, port, error.strerror or error, RETRY)
-            time.sleep(RETRY)
-            if rospy.is_shutdown():
-                sys.exit(0)

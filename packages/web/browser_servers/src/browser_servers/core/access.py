@@ -34,42 +34,42 @@ class Access(NamedTuple):
     hosts: Collection[str] = ()
     null_origin: bool = False
 
-    def refusal(self, peer: str, host: Optional[str], origin: Optional[str], token: Optional[str]) -> str:
-        """Return why a request is refused, '' if it is allowed; ``peer``: the client's address."""
+    def refusal(self, peer: str, host: Optional[str], origin: Optional[str], token: Optional[str]) -> Optional[str]:
+        """Return why a request is refused, None if it is allowed; ``peer``: the client's address."""
         return self._host_refusal(host) or self._origin_refusal(origin, host or '') or self._token_refusal(peer, token)
 
-    def _host_refusal(self, host: Optional[str]) -> str:
+    def _host_refusal(self, host: Optional[str]) -> Optional[str]:
         name = host_name(host or '')
         if name and (is_address(name) or name in LOCAL_NAMES or name in {own.lower() for own in self.hosts}):
-            return ''
+            return None
         return (f'the Host {host!r} is not a name of this server. Use its address, or '
                 f'{_start_with("hosts", name or "NAME")}')
 
-    def _origin_refusal(self, origin: Optional[str], host: str) -> str:
+    def _origin_refusal(self, origin: Optional[str], host: str) -> Optional[str]:
         if origin is None or ANY in self.origins or origin in self.origins or origin == 'file://':
-            return ''
+            return None
         if origin == 'null' and self.null_origin:
-            return ''
+            return None
         if origin in APPS or origin.startswith(EXTENSIONS):
-            return ''
+            return None
         scheme, separator, rest = origin.rpartition('://')
         name = host_name(rest)
         local = rest.lower() == host.lower() or is_loopback(name) or name == EVERYWHERE
         if local and (scheme in SCHEMES or not separator):
-            return ''
+            return None
         if origin == 'null':
             return ('the Origin "null" can be a file in Firefox, but also any site that hides its name. To allow both, '
                     f'{_start_with("origins", origin)}')
         return f'pages from {origin} may not connect. To allow them, {_start_with("origins", origin)}'
 
-    def _token_refusal(self, peer: str, token: Optional[str]) -> str:
+    def _token_refusal(self, peer: str, token: Optional[str]) -> Optional[str]:
         if self.token == OFF or is_loopback(peer):
-            return ''
+            return None
         if token is None:
             return 'the token is missing; other machines need it in the address: /?token=TOKEN'
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return 'the token is wrong; the server has printed the right one when it started'
-        return ''
+        return None
 
 
 def _start_with(option: str, value: str) -> str:

@@ -8,7 +8,9 @@ import hmac
 import os
 import secrets
 import socket
+import sys
 import threading
+import time
 from typing import Any, Callable, List, Optional, Tuple, Union
 
 import tornado.httpserver
@@ -44,7 +46,7 @@ class Guarded(tornado.web.RequestHandler):
                              headers.get('Sec-Fetch-Site'), headers.get('Sec-Fetch-Mode'),
                              self.settings.get('shown_by_files', False))
         reason = access.refusal(peer, headers.get('Host'), origin, known)
-        if reason:
+        if reason is not None:
             self.settings['refused'](f'A connection from {peer} is refused: {reason}.')
             self.refuse(403, reason)
         elif token is not None and access.token != OFF and hmac.compare_digest(token.encode(), access.token.encode()):
@@ -123,6 +125,20 @@ def _parts(text: str) -> List[str]:
 def listen(port: int, address: str) -> List[socket.socket]:
     """Return listening sockets; port 0: a free one. Raise OSError."""
     return tornado.netutil.bind_sockets(port, address, backlog=BACKLOG)
+
+
+def listen_when_free(port: int, address: str, delay: float, warn: Callable[[str], None],
+                     is_shutdown: Callable[[], bool]) -> List[socket.socket]:
+    """Return listening sockets; where the port is taken, try again each ``delay`` [s] until the node shuts down."""
+    while True:
+        try:
+            return listen(port, address)
+        except OSError as error:
+            warn(f'Cannot listen at {address}, port {port} ({error.strerror or error}). Is another server running? '
+                 f'Trying again in {delay:g} s; for another port, type _port:={port + 1}')
+            time.sleep(delay)
+            if is_shutdown():
+                sys.exit(0)
 
 
 class Server:

@@ -1,7 +1,7 @@
 """Who may connect."""
 import pytest
 
-from browser_servers.core.access import ANY, OFF, Access, Rate, host_name, is_loopback, page_origin
+from browser_servers.core.access import ANY, OFF, Access, Rate, is_loopback, page_origin
 
 LOCAL, FAR = '127.0.0.1', '192.168.1.7'
 ACCESS = Access('secret', hosts=['robot', 'robot.local'])
@@ -12,7 +12,7 @@ ACCESS = Access('secret', hosts=['robot', 'robot.local'])
     'localhost.:9090',
 ])
 def test_names_of_this_machine_are_right_hosts(host):
-    assert ACCESS.refusal(LOCAL, host, None, None) == ''
+    assert ACCESS.refusal(LOCAL, host, None, None) is None
 
 
 @pytest.mark.parametrize('host', [
@@ -30,7 +30,7 @@ def test_other_hosts_are_refused(host):
     'capacitor://localhost', 'ionic://localhost', 'tauri://localhost', 'vscode-webview://1abc',  # installed apps
 ])
 def test_own_and_local_pages_may_connect(origin):
-    assert ACCESS.refusal(LOCAL, 'robot:9090', origin, None) == ''
+    assert ACCESS.refusal(LOCAL, 'robot:9090', origin, None) is None
 
 
 @pytest.mark.parametrize('origin', [
@@ -55,28 +55,25 @@ def test_a_refusal_says_what_to_type():
     ({'null_origin': True}, 'null'), ({'origins': ['null']}, 'null'),
 ])
 def test_other_origins_can_be_allowed(changed, origin):
-    assert ACCESS._replace(**changed).refusal(LOCAL, 'robot:9090', origin, None) == ''
+    assert ACCESS._replace(**changed).refusal(LOCAL, 'robot:9090', origin, None) is None
 
 
 @pytest.mark.parametrize('peer, token, said', [
-    (LOCAL, None, ''), ('::1', None, ''), ('::ffff:127.0.0.1', None, ''), (FAR, 'secret', ''),
     (FAR, None, 'the token is missing'), (FAR, '', 'the token is wrong'), (FAR, 'Secret', 'wrong'),
     (FAR, 'sécret', 'wrong'),
 ])
 def test_other_machines_need_the_token(peer, token, said):
-    refusal = ACCESS.refusal(peer, 'robot:9090', None, token)
-    assert said in refusal and bool(said) == bool(refusal)
+    assert said in ACCESS.refusal(peer, 'robot:9090', None, token)
+
+
+@pytest.mark.parametrize('peer, token', [
+    (LOCAL, None), ('::1', None), ('::ffff:127.0.0.1', None), (FAR, 'secret')])
+def test_this_machine_needs_no_token_and_others_the_right_one(peer, token):
+    assert ACCESS.refusal(peer, 'robot:9090', None, token) is None
 
 
 def test_token_can_be_switched_off_by_name():
-    assert Access(OFF).refusal(FAR, '192.168.1.5:9090', None, None) == ''
-
-
-@pytest.mark.parametrize('host, name', [
-    ('a:1', 'a'), ('[::1]:9090', '::1'), ('A.b.', 'a.b'), ('', ''), ('[', ''), ('user@host', ''),
-])
-def test_name_of_a_host(host, name):
-    assert host_name(host) == name
+    assert Access(OFF).refusal(FAR, '192.168.1.5:9090', None, None) is None
 
 
 @pytest.mark.parametrize('name, found', [

@@ -42,11 +42,6 @@ def test_long_bytes_are_valid_json(fields):
     assert set(found['msg']) == set(fields) and found['msg'].get('width', 7) == 7
 
 
-def test_cbor_keeps_nan():
-    values = cbor2.loads(message().frame('cbor'))
-    assert values['topic'] == '/p' and math.isnan(values['msg']['y'])
-
-
 def test_cbor_raw_is_not_deserialised():
     calls = []
     assert cbor2.loads(message(calls).frame('cbor-raw')) == {

@@ -55,11 +55,9 @@ def test_half_a_request_is_closed(serve, beginning):
     ({'Sec-Fetch-Site': 'same-origin'}, False, 200),
 ])
 def test_images_are_for_own_pages(serve, headers, of_files, status):
-    connection = http.client.HTTPConnection('127.0.0.1', serve(shown_by_files=of_files), timeout=DEADLINE)
-    connection.request('GET', '/', headers={'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors',
-                                            'Sec-Fetch-Dest': 'image', **headers})
-    assert connection.getresponse().status == status
-    connection.close()
+    answer, _ = get(serve(shown_by_files=of_files), '/', {
+        'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image', **headers})
+    assert answer.status == status
 
 
 @pytest.mark.parametrize('path, status', [
@@ -85,10 +83,10 @@ def test_no_other_site_shows_a_page_in_a_frame_and_no_type_is_guessed(serve):
     assert answer.headers['X-Frame-Options'] == 'SAMEORIGIN' and answer.headers['X-Content-Type-Options'] == 'nosniff'
 
 
-def get(port, path):
+def get(port, path, headers=None):
     """Return the answer and its text."""
     connection = http.client.HTTPConnection('127.0.0.1', port, timeout=DEADLINE)
-    connection.request('GET', path)
+    connection.request('GET', path, headers=headers or {})
     answer = connection.getresponse()
     text = answer.read().decode('utf-8', 'replace')
     connection.close()
@@ -106,11 +104,8 @@ def test_a_codespace_forwards_its_port_by_a_name_of_its_own(serve, monkeypatch, 
     monkeypatch.setenv('CODESPACE_NAME', 'ann')
     monkeypatch.setenv('GITHUB_CODESPACES_PORT_FORWARDING_DOMAIN', 'app.github.dev')
     port = serve(access=lambda port: web.make_access('0.0.0.0', 'secret', '', '', False, str, port, published=True))
-    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=DEADLINE)
-    sent = {'Host': host.format(port), **({'Origin': origin.format(port)} if origin else {})}
-    connection.request('GET', '/', headers=sent)
-    assert connection.getresponse().status == status
-    connection.close()
+    headers = {'Host': host.format(port), **({'Origin': origin.format(port)} if origin else {})}
+    assert get(port, '/', headers)[0].status == status
 
 
 def test_elsewhere_there_is_no_such_name(serve, monkeypatch):

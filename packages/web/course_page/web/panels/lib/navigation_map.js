@@ -8,10 +8,10 @@ const ARROW = 0.12;       // [m] of a particle
 const MARGIN = 0.4;       // [m]
 
 export class NavigationMap extends WorldMap {
-  // `place(frame)` returns the pose of a frame in that of the map, or null; `onPlace(pose)` gets the arrow of a tool.
-  constructor(label, place, onPlace) {
+  // `poseOf(frame)` returns the pose of a frame in that of the map, or null; `onPlace(pose)` gets the arrow of a tool.
+  constructor(label, poseOf, onPlace) {
     super(label, onPlace, () => {});
-    this._poseOf = place;
+    this._poseOf = poseOf;
     this.hidden = new Set();  // names of layers
     this.grids = new Map();   // name: {frame, x, y, yaw, resolution, canvas, known [cells]}
     this.lines = new Map();   // name: {frame, points, colour, closed}

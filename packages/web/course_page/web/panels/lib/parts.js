@@ -38,11 +38,11 @@ export function choice(label, choices, change = () => {}) {
 }
 
 // Return a list of suggestions for inputs whose `list` is its id, and a function that sets them.
-export function suggestions(most = 300) {
+export function suggestions(limit = 300) {
   const list = el('datalist', {id: newId()});
   let shown = '';
   return [list, (texts) => {
-    const few = texts.slice(0, most);
+    const few = texts.slice(0, limit);
     if (few.join('\n') === shown) return;
     shown = few.join('\n');
     fill(list, few.map((text) => el('option', {value: text})));

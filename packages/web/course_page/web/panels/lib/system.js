@@ -3,7 +3,7 @@
 const POLL_INTERVAL = 0.5; // s
 const SHARE = 0.1; // of the time that polling may take
 const NEW = 5000; // ms in which a new node may still create topics
-const IN_TURN = 4; // old nodes that are asked again at each poll
+const IN_TURN = 4; // old nodes that are queried again at each poll
 
 const DEBUG_NODES = /^\/(rosout|browser|rosapi|rosbridge_websocket|web_video_server|tf2_web_republisher)$|^\/(rostopic|rosservice|rqt|record|play)_/;
 const DEBUG_TOPICS = /^\/(rosout|rosout_agg|clock|statistics|client_count|connected_clients|tf|tf_static)$|\/parameter_(updates|descriptions)$/;
@@ -46,9 +46,9 @@ export class System {
       }
     }
     this._turn = (this._turn + IN_TURN) % Math.max(1, names.length);
-    const asked = names.filter((name, i) => others || !this.nodes.has(name) || start - this._seen.get(name) < NEW
+    const queried = names.filter((name, i) => others || !this.nodes.has(name) || start - this._seen.get(name) < NEW
       || (i - this._turn + names.length) % names.length < IN_TURN);
-    await Promise.all(asked.map(async (name) => {
+    await Promise.all(queried.map(async (name) => {
       const {publishing, subscribing, services} = await this._rosapi.nodeDetails(name);
       if (this._seen.has(name)) this.nodes.set(name, {publishing, subscribing, services});
     }));
