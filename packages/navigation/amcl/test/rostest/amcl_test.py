@@ -36,23 +36,23 @@ class AmclTest(RobotontCase):
 
     def off(self):
         """Return the error [m] of the last pose of a robot that only turns."""
-        found, (x, y, _) = to_pose(self.poses.messages[-1].pose.pose), self.truth()
-        return math.hypot(found.x - x, found.y - y)
+        estimated, (x, y, _) = to_pose(self.poses.messages[-1].pose.pose), self.truth()
+        return math.hypot(estimated.x - x, estimated.y - y)
 
     def next_scans(self, number):
         """Wait until so many scans have come."""
         scans = self.collected('scan', LaserScan)
         until(lambda: len(scans.messages) >= number, f'{number} scans')
 
-    def told(self, pose):
-        """Tell it a pose, and return once that has arrived."""
+    def publish_estimate(self, pose):
+        """Publish a pose as 2D Pose Estimate, and return once it has arrived."""
         start = len(self.poses.messages)
         self.publisher.publish(estimate(pose))
         self.poses.next(what='a pose after initialpose') if start else until(lambda: self.poses.messages, 'a pose')
 
-    def test_robot_is_where_it_was_told(self):
+    def test_robot_is_where_the_estimate_says(self):
         x, y, yaw = self.truth()
-        self.told(Pose(x + 0.1, y - 0.1, yaw + 0.1))
+        self.publish_estimate(Pose(x + 0.1, y - 0.1, yaw + 0.1))
         self.drive_until(lambda: self.off() < NEAR, lambda: f'the right pose: {self.off()}', 0.0, 0.0, 0.8)
         cloud = self.message('particlecloud', PoseArray)
         self.assertEqual('map', cloud.header.frame_id)
@@ -69,7 +69,7 @@ class AmclTest(RobotontCase):
         until(on_tf, 'the transform from map to base_footprint')
 
     def test_robot_that_is_carried_away_is_found(self):
-        self.told(Pose(*self.truth()))
+        self.publish_estimate(Pose(*self.truth()))
         self.set_pose(2.0, -2.0, 1.0)
         until(lambda: math.hypot(self.truth()[0] - 2.0, self.truth()[1] + 2.0) < 0.01, 'the robot elsewhere')
         proxy('global_localization', Empty)()
@@ -78,19 +78,19 @@ class AmclTest(RobotontCase):
     def test_a_robot_that_stands_is_not_found(self):
         """As with the original: scans count once the robot has moved by update_min_d or update_min_a."""
         x, y, yaw = self.truth()
-        self.told(Pose(x + 0.3, y, yaw))
+        self.publish_estimate(Pose(x + 0.3, y, yaw))
         start = len(self.poses.messages)
         proxy('global_localization', Empty)()
         until(lambda: len(self.poses.messages) > start, 'a pose after global_localization')
         self.assertGreater(self.poses.messages[-1].pose.covariance[0], 0.25)  # m^2
-        self.told(Pose(x + 0.3, y, yaw))
+        self.publish_estimate(Pose(x + 0.3, y, yaw))
         start = len(self.poses.messages)
         self.next_scans(5)
         self.assertEqual(start, len(self.poses.messages))
         self.assertAlmostEqual(0.3, self.off(), delta=0.05)
 
     def test_a_robot_that_stands_is_updated_on_request(self):
-        self.told(Pose(*self.truth()))
+        self.publish_estimate(Pose(*self.truth()))
         start = len(self.poses.messages)
         proxy('request_nomotion_update', Empty)()
         until(lambda: len(self.poses.messages) > start, 'an update')
