@@ -8,6 +8,7 @@ import venv
 import pytest
 
 from unit_support import REPOSITORY
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 ALL_PACKAGES = {path.parent.name: path.parent for pattern in ('packages/**/package.xml', 'test/*/package.xml')
@@ -89,7 +90,8 @@ def clone(src, request):
     return folder
 
 
-@pytest.mark.parametrize('clone', ['turtle_robotont', 'my_course', 'github/turtle_robotont'], indirect=True)
+@pytest.mark.parametrize('clone', [
+    'github/turtle_robotont', *nightly('turtle_robotont', 'my_course')], indirect=True)
 def test_a_clone_in_the_workspace_itself_gets_all_other_packages_beside_it(src, clone):
     for _ in range(2):
         done = subprocess.run([clone / 'run', 'link', src.parent], capture_output=True, text=True, check=False)
