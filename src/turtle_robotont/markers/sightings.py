@@ -14,7 +14,7 @@ from typing import NamedTuple, Sequence
 from turtle_robotont.driving.shapes import InvalidInput
 
 AXES = ('auto', 'body', 'optical')
-FURTHEST = 100.0  # [m] no camera detects a marker at this distance; wrong transforms give such poses
+FARTHEST = 100.0  # [m] no camera detects a marker at this distance; wrong transforms give such poses
 
 
 class Sighting(NamedTuple):
@@ -39,12 +39,12 @@ class Sighting(NamedTuple):
 def sighting(marker_id: int, position: Sequence[float], frame_id: str, axes: str = 'auto') -> Sighting:
     """Return the Sighting of a marker at ``position`` (x, y, z) [m] in a frame with these axes.
 
-    Raise InvalidInput if the position is not finite or further away than FURTHEST.
+    Raise InvalidInput if the position is not finite or farther away than FARTHEST.
     """
     x, y, z = position
     distance = math.sqrt(x * x + y * y + z * z) if all(map(math.isfinite, position)) else math.inf
-    if not distance <= FURTHEST:
-        raise InvalidInput(f'marker {marker_id} at x {x:g}, y {y:g}, z {z:g} m; each must be within {FURTHEST:g} m')
+    if not distance <= FARTHEST:
+        raise InvalidInput(f'marker {marker_id} at x {x:g}, y {y:g}, z {z:g} m; each must be within {FARTHEST:g} m')
     if axes == 'optical' or axes == 'auto' and frame_id.endswith(('_optical', '_optical_frame')):
         return Sighting(marker_id, z, -x, -y)
     return Sighting(marker_id, x, y, z)

@@ -4,7 +4,7 @@ import math
 import pytest
 
 from turtle_robotont.driving.shapes import InvalidInput
-from turtle_robotont.markers.sightings import FURTHEST, sighting
+from turtle_robotont.markers.sightings import FARTHEST, sighting
 
 
 @pytest.mark.parametrize('frame, axes, ahead, left, up', [
@@ -30,7 +30,7 @@ def test_distance_and_bearing_are_over_the_ground():
     ((math.nan, 0.0, 1.0), 'marker 7 at x nan, y 0, z 1 m'),
     ((0.0, -math.inf, 1.0), 'y -inf'),
     ((1e253, 0.0, 1.0), 'x 1e+253'),  # seen from the original tracker; its square is infinite
-    ((0.0, 0.0, FURTHEST + 1.0), 'z 101 m'),
+    ((0.0, 0.0, FARTHEST + 1.0), 'z 101 m'),
 ])
 def test_pose_that_no_marker_can_have_is_refused(position, text):
     with pytest.raises(InvalidInput, match='marker 7') as refusal:

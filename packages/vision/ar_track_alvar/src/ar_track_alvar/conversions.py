@@ -51,7 +51,7 @@ def confidence(detection):
 def numbered(detections):
     """Return the Detections whose ids fit into AlvarMarker.id, sorted by id, and the other ids."""
     fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_MARKER_ID]
-    others = [d.id for d in detections if not any(d is one for one in fit)]
+    others = [d.id for d in detections if d not in fit]
     return sorted(fit, key=lambda d: d.id), others
 
 

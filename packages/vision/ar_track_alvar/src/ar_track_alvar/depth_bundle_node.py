@@ -24,9 +24,9 @@ class DepthBundleNode(DepthInput, bundle_node.BundleNode):
         found = super().found_bundles(detections)
         for one in found:
             seen = [each for each in detections if each.id in one.used]
-            if any(id(each) in self.planes for each in seen):
+            if any(each in self.planes for each in seen):
                 observations = [depth.observed(each, one.bundle.corners[each.id], self.camera,
-                                               self.planes.get(id(each))) for each in seen]
+                                               self.planes.get(each)) for each in seen]
                 best = depth.fitted(observations, one.rotation, one.position, self.camera)
                 one.rotation, one.position, one.error = best.rotation, best.position, best.error
             if one.bundle.source in self._median:

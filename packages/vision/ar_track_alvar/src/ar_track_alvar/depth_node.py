@@ -33,7 +33,7 @@ class DepthInput:
     noise = depth.NOISE  # [m] of a depth at 1 m
     frame_from_message = False  # poses are published in the frame of the cloud
     _cloud = _header = None  # the core.clouds.Cloud that is being searched, and its header
-    planes = ()  # of the cloud: {index of a Detection: depth.Plane}
+    planes = {}  # of the cloud: {Detection: depth.Plane}
 
     def __init__(self, *arguments):
         self._counts = {source: 0 for source in (depth.BOTH, depth.CLOUD, *REASONS)}
@@ -65,7 +65,7 @@ class DepthInput:
         if detections:
             check_registered(self._cloud, camera)
         found = [self._improve(each, camera) for each in detections]
-        self.planes = {id(each.detection): each.plane for each in found if each.plane is not None}
+        self.planes = {each.detection: each.plane for each in found if each.plane is not None}
         return [each.detection for each in found]
 
     def _improve(self, detection, camera):

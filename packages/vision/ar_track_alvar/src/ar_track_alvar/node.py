@@ -253,7 +253,7 @@ class MarkerNode:
     def _notice_doubtful(self, found, accepted):
         """Say why the pose of a marker is doubtful, and that one is not published because of its error."""
         for each in found:
-            if not any(each is other for other in accepted):
+            if each not in accepted:
                 limit = f'~max_new_marker_error, {self.settings.max_new_marker_error:g}'
                 self.complain('error', f'Marker {each.id} is visible, but not published: its error '
                               f'{fit_error(each):.3f} is above {limit}' + (each.reason and f'; {each.reason}'))

@@ -17,9 +17,9 @@ from alvar_core.detection.pose import Solution
 from alvar_core.rotations import quaternion_from_matrix
 
 
-@dataclass
+@dataclass(eq=False)
 class Detection:
-    """One marker in an image.
+    """One marker in an image; equal to itself alone.
 
     ``id`` is its number or text. ``corners`` (4, 2) [real px]: top left, top right, bottom right, bottom left, as
     drawn. ``rotation`` (3, 3) and ``position`` (3,) [m] are its pose in the camera's optical frame. ``confidence``:
@@ -67,13 +67,13 @@ class Detection:
         if self.information is not None:
             outward = self.corners - self.corners.mean(0)
             outward = (outward / np.linalg.norm(outward, axis=1, keepdims=True)).ravel() * error
-            told = self.information @ outward  # of the covariance plus this error (Sherman-Morrison formula)
-            self.information = self.information - np.outer(told, told) / (1 + outward @ told)
+            weighted = self.information @ outward  # of the covariance plus this error (Sherman-Morrison formula)
+            self.information = self.information - np.outer(weighted, weighted) / (1 + outward @ weighted)
 
     def forget_size(self) -> None:
         """Forget centre and side, because the corners have changed."""
-        for each in ('centre', 'side'):
-            self.__dict__.pop(each, None)
+        for name in ('centre', 'side'):
+            self.__dict__.pop(name, None)
 
     def covers(self, point: tuple[float, float]) -> bool:
         """Return whether a point [real px] lies on the marker."""
@@ -95,14 +95,14 @@ def best_of_overlapping(found: Sequence[Detection]) -> list[Detection]:
     if len(found) < 2:
         return list(found)
     order = sorted(found, key=lambda d: -d.confidence)
-    corners = np.array([each.corners for each in order])
+    corners = np.array([d.corners for d in order])
     centre = corners.mean(1)
     reach = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
-    near = thresholds.OVERLAP * np.array([each.side for each in order])
+    near = thresholds.OVERLAP * np.array([d.side for d in order])
     close = np.tril((np.abs(centre[:, None] - centre) < (reach + near[:, None])[..., None]).all(2), -1)
     kept = np.ones(len(order), bool)
     for m in np.flatnonzero(close.any(1)).tolist():
         d = order[m]
         kept[m] = not any(math.dist(d.centre, order[k].centre) <= near[m] or order[k].covers(d.centre)
                           for k in np.flatnonzero(close[m] & kept).tolist())
-    return [each for each, keep in zip(order, kept.tolist()) if keep]
+    return [d for d, keep in zip(order, kept.tolist()) if keep]

@@ -209,7 +209,7 @@ class Detector:
                     if not self._has_other_margin(each.image or image, each)]
             if more:
                 found = best_of_overlapping(found + [each for each in more if each is not None])
-        self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
+        self._measure_bent(image, [d for d in found if d not in striped])
         return found
 
     def _between_stripes(self, image: PreparedImage, parts: Sequence[Floats],

@@ -25,7 +25,7 @@ def draw(image: np.ndarray, camera: Camera, detections: Sequence[Detection], pub
     width [m] of a marker.
     """
     for detection in detections:
-        shown = any(detection is other for other in published)
+        shown = detection in published
         colour = AMBIGUOUS if detection.ambiguous else SURE
         if not shown:
             colour = LEFT_OUT
