@@ -7,7 +7,7 @@ import sys
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]  # where this package is not installed
 
 
-def run(package, program):
+def run(package: str, program: str) -> None:
     """Become a program of a package, with the arguments of this one; exit with what to type if it is not there."""
     if subprocess.run(['rospack', 'find', package], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode:
         link = CHECKOUT / 'run' if (CHECKOUT / 'run').is_file() else 'THE_FOLDER_OF_turtle_robotont/run'
