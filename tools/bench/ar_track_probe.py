@@ -11,12 +11,12 @@ import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from sensor_msgs.msg import CameraInfo, Image
 
-import course_video
 from alvar_core.camera import default_camera
 from probing import COME_UP, Silent, clock, say
 from rospy_support import images
 from rostest_support.marker_scenes import Scene, image_of, random_markers
 from rostest_support.markers import camera_info
+from unit_support import course_video
 
 NODE = 'marker_detect'
 FRAME = 'camera'

@@ -5,20 +5,20 @@ from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, median, p95
 from report import aligned
 from unit_support import marker_classes
-from unit_support.marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
+from unit_support.marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE, TEST
 from unit_support.marker_score import Score, detector_of, scored
 from unit_support.photo import with_gamma
 
 HEADS = ('corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false')
 COLUMNS = 1 + len(HEADS)  # of a tool in the table
-PER_CLASS = 24  # photos of each class, in each half
+PER_CLASS = 24  # photos of each class
 LOOK_ALIKE_PHOTOS = 35  # for each photo of another class: 10,080 squares
 OFF = 5.0  # [degrees] error of a pose that must be flagged
 TINY = '10 to 13.5 px'
 SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
 
 
-def scores(tools, half, count, gamma=1.0):
+def scores(tools, count, gamma=1.0):
     """Return {tool: {class: Score}} of ``tools``, {name: function (image, camera) that returns detections}.
 
     ``gamma`` is that of the camera; look-alikes are shown to a linear one only.
@@ -27,7 +27,7 @@ def scores(tools, half, count, gamma=1.0):
     out = {tool: {name: Score() for name in names} for tool in tools}
     for name in names:
         for number in range(count * (LOOK_ALIKE_PHOTOS if name == LOOK_ALIKES else 1)):
-            shot = marker_classes.photo(name, half, number)
+            shot = marker_classes.photo(name, TEST, number)
             shot = shot._replace(image=with_gamma(shot.image, gamma))
             for tool, detect in tools.items():
                 out[tool][name].add(scored([shot], detect))

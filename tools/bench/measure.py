@@ -25,8 +25,7 @@ REPOSITORY = FOLDER.parents[1]
 sys.path.append(str(REPOSITORY / 'test'))  # photos, scores and drives of unit_support
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
-ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading', 'hints'), 'sensitivity': ('markers',),
-            'half': ('markers',), 'peers': ('markers',), 'none': ('markers',), 'minutes': ('page',)}
+ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading',), 'none': ('markers',), 'minutes': ('page',)}
 BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
 
 
@@ -40,7 +39,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
     parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
     parser.add_argument('folder', nargs='?',
-                        help='folder with files to measure (only for suites that use files), or a bag of images')
+                        help='folder with files to measure (only for suites that use files)')
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
@@ -52,16 +51,10 @@ def parse(arguments):
     parser.add_argument('--busy', type=positive(int), default=0, metavar='N', help='measure beside N busy loops')
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
     parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
-    gradings = parser.add_argument_group('only for the suites grading and hints')
+    gradings = parser.add_argument_group('only for the suite grading')
     gradings.add_argument('--times', type=positive(int), metavar='N',
                           help='how often each program is graded, or how many are')
     markers = parser.add_argument_group('only for the suite markers')
-    markers.add_argument('--sensitivity', action='store_true',
-                         help='show what -10 %% and +10 %% of each threshold change')
-    markers.add_argument('--half', choices=('development', 'test'), default='development',
-                         help='photos by class, of this half (default: %(default)s)')
-    markers.add_argument('--peers', action='store_true', help='score detectors from PyPI, too, on the photos by class; '
-                         'they are installed for this measurement only')
     markers.add_argument('--none', action='store_true', help='count what is found in the images of the folder and its '
                          'subfolders, in which there is no marker')
     page = parser.add_argument_group('only for the suite page')
@@ -84,8 +77,7 @@ def parse(arguments):
     except BenchError as error:
         parser.error(str(error))
     options.rounds = options.rounds or (1 if options.quick else getattr(suite, 'ROUNDS', ROUNDS))
-    name = '_'.join(['bench', *([] if options.suite == DEFAULT_SUITE else [options.suite]),
-                     *(['sensitivity'] if options.sensitivity else [])])
+    name = 'bench' if options.suite == DEFAULT_SUITE else f'bench_{options.suite}'
     options.json = options.json or os.path.join(REPOSITORY, 'output', f'{name}.json')
     return options, suite
 
@@ -167,10 +159,6 @@ def main():
     options, suite = parse(sys.argv[1:])
     if options.list:
         return list_measurements(suite)
-    if hasattr(suite, 'instead'):
-        special = suite.instead(options)
-        if special:
-            return exit_code('bench', lambda: special(progress))
     return exit_code('bench', lambda: run(options, suite))
 
 

@@ -1,9 +1,7 @@
-"""Peers from PyPI beside this project's detector, on photos by class: their scores and their CPU times.
+"""CPU time beside napa-vision from PyPI, on photos by class; it is installed for this measurement only.
 
-They read tags of their own family in the same scenes, in a virtual environment that is deleted after the measurement.
+It reads tags of its own family in the same scenes, in a virtual environment that is deleted afterwards.
 """
-import contextlib
-import json
 import os
 import subprocess
 import sys
@@ -15,88 +13,60 @@ import numpy as np
 
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from aruco_baseline import ArucoBaseline
+from command import progress
 from processes import BenchError
 from unit_support import marker_classes
-from unit_support.marker_classes import KINDS, LOOK_ALIKES, SIZE
-from unit_support.marker_score import Score, score_frame
+from unit_support.marker_classes import SIZE, TEST
 
-FAMILY = 'AprilTag 36h11'
-PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
-SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'peer_detections.py')
+FAMILY, PEER = 'AprilTag 36h11', 'napa-vision'
 TIMED = ('even', '20 to 25 px', 'jpeg', 'tilt', 'motion')  # classes in which napa-vision finds its tags, too
 PHOTOS = 8  # of each of these
 TURNS, TRACKED = 3, 6  # turns of both; times that each photo is tracked in a turn
+DETECT = '''import sys, time
+import numpy
+from napa_vision import NapaDetector
+detector = NapaDetector(family='tag36h11', min_tag_px=16)
+for path in sys.argv[1:]:
+    image = numpy.load(path)
+    begun = time.process_time()
+    detector.detect(image)
+    print(1e3 * (time.process_time() - begun))
+'''
 
 
-def tag_photo(name, half, number):
-    """Return the Shot of a class with a tag of the peers' family."""
-    return marker_classes.photo(name, half, number, lambda tag: marker_classes.family_cells(FAMILY, tag))
-
-
-@contextlib.contextmanager
-def installed(peers, shots, progress):
-    """Yield a function of a peer that returns [([(id, corners)], CPU [ms])] of the Shots.
-
-    Raise BenchError if the peers cannot be installed.
-    """
-    progress(f'    installing {", ".join(peers)} for this measurement')
-    with tempfile.TemporaryDirectory(prefix='turtle_robotont_peers_') as folder:
-        python, answers = (os.path.join(folder, name) for name in ('environment/bin/python', 'answers.json'))
-        _call([sys.executable, '-m', 'venv', os.path.join(folder, 'environment')])
-        _call([python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', 'numpy', *peers])
-        for number, shot in enumerate(shots):
-            np.save(os.path.join(folder, f'{number}.npy'), shot.image)
-
-        def detections(peer):
-            _call([python, SCRIPT, peer, folder, str(len(shots)), answers])
-            with open(answers, encoding='utf-8') as file:
-                return json.load(file)
-        yield detections
-
-
-def _call(command):
-    """Run a command of the peers' environment; raise BenchError with its last line if it fails."""
-    environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
-    ended = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=environment)
-    if ended.returncode:
-        last = (ended.stderr.strip().splitlines() or ['no text'])[-1]
-        raise BenchError(f'{" ".join(command[:4])} ended with {ended.returncode}: {last}. The peers are installed from '
-                         'PyPI with python3 -m venv and pip: are python3-venv and a network there?')
-
-
-def scores(half, count, progress):
-    """Return {peer: {class: Score}}, without look-alikes, which are real tags for a peer."""
-    places = [(name, number) for name in (*KINDS, LOOK_ALIKES) for number in range(count)]
-    shots, out = [tag_photo(name, half, number) for name, number in places], {}
-    with installed(PEERS, shots, progress) as detections:
-        for peer in PEERS:
-            progress(f'    {peer}')
-            found = out[peer] = {name: Score() for name in (*KINDS, LOOK_ALIKES)}
-            for (name, _), shot, (tags, ms) in zip(places, shots, detections(peer)):
-                found[name].ms.append(ms)
-                if name != LOOK_ALIKES:
-                    records = [record for tag, corners in tags
-                               for record in ArucoBaseline.pose(tag, np.array(corners), shot.camera, SIZE)]
-                    found[name].add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, records))
-    return out
-
-
-def times(half, count, progress):
+def times(count):
     """Return {figure key: samples}: our median times as multiples of napa-vision's, and these [ms], for each turn.
 
-    ``count``: photos of each class of TIMED in a half. One thread; both take turns.
+    ``count``: photos of each class of TIMED. One thread; both take turns. Raise BenchError if it cannot be installed.
     """
-    places = [(name, half, number) for name in TIMED for number in range(count)]
+    places = [(name, TEST, number) for name in TIMED for number in range(count)]
     ours, found = [marker_classes.photo(*place) for place in places], {}
-    with installed(PEERS[:1], [tag_photo(*place) for place in places], progress) as detections:
+    with tempfile.TemporaryDirectory(prefix='turtle_robotont_peers_') as folder:
+        python = os.path.join(folder, 'environment', 'bin', 'python')
+        progress(f'    installing {PEER} for this measurement')
+        _call(sys.executable, '-m', 'venv', os.path.join(folder, 'environment'))
+        _call(python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', 'numpy', PEER)
+        files = [os.path.join(folder, f'{number}.npy') for number in range(len(places))]
+        for file, place in zip(files, places):
+            np.save(file, marker_classes.photo(*place, lambda tag: marker_classes.family_cells(FAMILY, tag)).image)
         for turn in range(TURNS):
             progress(f'    turn {turn + 1} of {TURNS}')
-            peer = median(ms for _, ms in detections(PEERS[0]))
+            peer = median(map(float, _call(python, '-c', DETECT, *files).split()))
             found.setdefault('beside_peer', []).append(peer)
             for key, measured in ('single', _single), ('tracked', _tracked):
                 found.setdefault(f'beside_{key}', []).append(median(map(measured, ours)) / peer)
     return found
+
+
+def _call(*command):
+    """Return what a command of the peer's environment prints; raise BenchError with its last line if it fails."""
+    environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    ended = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    if ended.returncode:
+        last = (ended.stderr.strip().splitlines() or ['no text'])[-1]
+        raise BenchError(f'{" ".join(command[:4])} ended with {ended.returncode}: {last}. The peer is installed from '
+                         'PyPI with python3 -m venv and pip: are python3-venv and a network there?')
+    return ended.stdout
 
 
 def _single(shot):

@@ -14,7 +14,6 @@ from statistics import pstdev
 
 import cv2
 
-import course_video
 from alvar_core import rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
@@ -23,6 +22,7 @@ from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, mean_rate, median, p95
 from processes import Cpu
 from session import FULL, QUICK, Measurement, answer
+from unit_support import course_video
 
 PACKAGE = 'ar_track_alvar'
 EXECUTABLE = 'individualMarkersNoKinect'

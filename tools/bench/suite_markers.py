@@ -14,19 +14,16 @@ import cv2
 import numpy as np
 
 import class_scores
-import marker_bag
-import no_markers
 import peers
-from alvar_core.camera import Camera
+from alvar_core.camera import Camera, default_camera
 from alvar_core.detection.detector import Detector
+from alvar_core.detection.prepared_image import MIN_IMAGE_SIDE
 from alvar_core.detection.tracker import Tracker
 from alvar_core.markers_cli import detection_record
 from aruco_baseline import ArucoBaseline
-from command import progress, write_figures
 from figures import OURS, Figure, Target, median, p95
 from processes import BenchError
 from report import aligned
-from sensitivity import report as sensitivity_report
 from session import Measurement
 from unit_support import marker_classes
 from unit_support.marker_score import cameras_of, detector_of, score, scored
@@ -41,6 +38,7 @@ GAMMA_CORNERS = {'easy': (0.03, 0.06), 'medium': (0.05, 0.1), 'hard': (0.2, 0.6)
 CROWDS = {60: (640, 480, 10, 6), 200: (1280, 720, 20, 10)}  # markers: width, height [px], columns, rows
 STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
 FULL, QUICK = 1, 6  # every n-th frame is timed
+ENDINGS = '.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'  # of images without markers
 STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
 TOOLS = {'ours': 'here', 'gamma': f'here, gamma {GAMMA}', 'aruco': 'ArUco',
          **{key: words for key, (_, words) in STORED.items()}}
@@ -77,33 +75,21 @@ class Frames:
 
 SHOWN = TOOLS['gamma']
 
-_chosen = {'folder': FOLDER, 'half': marker_classes.DEVELOPMENT, 'peers': False}
-_kept = {}  # of the first round: 'results': {tool: {class: Score}}, 'beside': samples
+_chosen = {'folder': FOLDER}
+_kept = {}  # of the first round of classes: {tool: {class: Score}}
 
 
 def use(options):
-    """Measure on the folder and the half of the options; raise BenchError for a folder without frames."""
-    if options.none and not options.folder:
+    """Measure on the folder of the options; raise BenchError for a folder without frames, or without images."""
+    _chosen['folder'] = pathlib.Path(options.folder or FOLDER)
+    if options.none:
+        options.only = ['none']
+    elif options.only is None:
+        options.only = [name for name in MEASUREMENTS if name not in ON_DEMAND]
+    if 'none' in options.only and not options.folder:
         raise BenchError('--none needs a folder of images: ./run bench markers FOLDER --none')
-    _chosen.update(half=options.half, peers=options.peers)
-    if options.folder and not options.none and not options.folder.endswith('.bag'):
-        _chosen.update(folder=pathlib.Path(options.folder))
+    if set(options.only) - set(ON_DEMAND):
         frames()
-
-
-def instead(options):
-    """Return the function of a function that prints progress which does what the options ask for; else None."""
-    cv2.setNumThreads(1)
-
-    def work(progress):
-        if options.sensitivity:
-            text, figures = sensitivity_report(frames(), progress)
-            write_figures(options.json, json.dumps(figures, indent=1))
-        else:
-            text = (no_markers if options.none else marker_bag).report(options.folder)
-        print(text)
-        return 0
-    return work if options.sensitivity or options.none or (options.folder or '').endswith('.bag') else None
 
 
 _read = functools.lru_cache(maxsize=None)(Frames)
@@ -240,25 +226,39 @@ def classes(_subject, scale):
     if frames().folder != FOLDER:
         return {}
     cv2.setNumThreads(1)
-    half, count = _chosen['half'], max(1, class_scores.PER_CLASS // scale)
-    if 'results' not in _kept:
-        results = _kept['results'] = class_scores.scores(class_scores.tools(), half, count)
-        results.update(class_scores.scores({SHOWN: detector_of(marker_classes.SIZE)}, half, count, GAMMA))
-        if _chosen['peers']:
-            results.update(peers.scores(half, count, progress))
-    results = _kept['results']
-    return {**class_scores.samples(results['here']), **class_scores.samples(results[SHOWN], 'gamma_class')}
+    if not _kept:
+        count = max(1, class_scores.PER_CLASS // scale)
+        _kept.update(class_scores.scores(class_scores.tools(), count))
+        _kept.update(class_scores.scores({SHOWN: detector_of(marker_classes.SIZE)}, count, GAMMA))
+    return {**class_scores.samples(_kept['here']), **class_scores.samples(_kept[SHOWN], 'gamma_class')}
 
 
 def beside(_subject, scale):
-    """Return the CPU times beside those of a peer; it is installed only if the options ask for peers."""
-    if not _chosen['peers']:
-        progress('    skipped: --peers installs napa-vision and measures beside it')
-        return {}
+    """Return the CPU times beside those of a peer."""
     cv2.setNumThreads(1)
-    if 'beside' not in _kept:
-        _kept['beside'] = peers.times(_chosen['half'], max(1, peers.PHOTOS // scale), progress)
-    return _kept['beside']
+    return peers.times(max(1, peers.PHOTOS // scale))
+
+
+def none(_subject, _scale):
+    """Return what is found in the images of the folder and its subfolders, in which there is no marker.
+
+    Their cameras are not known: the lens is taken for one of about 55 degrees, and values for light.
+    """
+    images = found = 0
+    detector = Detector(marker_classes.SIZE, gamma=1.0)  # false markers teach no gamma
+    for path in sorted(path for path in _chosen['folder'].rglob('*') if path.suffix.lower() in ENDINGS):
+        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        if image is None or min(image.shape) < MIN_IMAGE_SIDE:
+            continue
+        images += 1
+        for each in detector.detect(image, default_camera(image.shape[1], image.shape[0])):
+            found += 1
+            print(f'{path}: id {each.id} at {each.centre[0]:.0f}, {each.centre[1]:.0f}, {each.side:.0f} px wide, '
+                  f'confidence {each.confidence:.2f}')
+    if not images:
+        raise BenchError(f'{_chosen["folder"]} has no images of at least {MIN_IMAGE_SIDE}x{MIN_IMAGE_SIDE} pixels: '
+                         f'files that end with {", ".join(ENDINGS)} are read.')
+    return {'none_images': [images], 'none_found': [found]}
 
 
 MEASUREMENTS = {
@@ -268,9 +268,11 @@ MEASUREMENTS = {
     'many': Measurement(many, 'many markers at once', in_process=True),
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
-    'beside': Measurement(beside, 'CPU beside napa-vision, with --peers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
+    'beside': Measurement(beside, 'CPU beside napa-vision, which is installed for it; only if named', in_process=True),
+    'none': Measurement(none, 'false detections in images without markers, --none', in_process=True),
 }
+ON_DEMAND = 'beside', 'none'
 
 
 def preface(pools):
@@ -278,17 +280,17 @@ def preface(pools):
     pool = pools[OURS]
     head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *SIZES)
     rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]
-    truth = frames().truth
-    note = f"{truth['set']}: {len(truth['frames'])} frames; easy / medium / hard; CPU, ms, median / 95th"
-    parts = [f'{note}\n{aligned(rows)}\n' if len(rows) > 1 else '']
-    if 'results' in _kept:
-        parts.append(f'By class, {_chosen["half"]} half; median / 95th percentile; '
+    parts = []
+    if len(rows) > 1:
+        truth = frames().truth
+        parts.append(f"{truth['set']}: {len(truth['frames'])} frames; easy / medium / hard; CPU, ms, median / 95th\n"
+                     f'{aligned(rows)}\n')
+    if _kept:
+        parts.append('By class; median / 95th percentile; '
                      f'off: poses beyond {class_scores.OFF:.0f} degrees without a flag')
-        results = dict(_kept['results'])
-        both = {tool: results.pop(tool) for tool in ('here', SHOWN) if tool in results}  # linear and gamma side by side
-        groups = both, *({tool: by_class} for tool, by_class in results.items())
-        parts += [class_scores.table(group) + '\n' for group in groups]
-    return '\n'.join(part for part in parts if part)
+        pair = {tool: _kept[tool] for tool in ('here', SHOWN)}  # linear and gamma side by side
+        parts += [class_scores.table(group) + '\n' for group in (pair, {'ArUco': _kept['ArUco']})]
+    return '\n'.join(parts)
 
 
 def _row(pool, tool, words):
@@ -344,4 +346,6 @@ def _many_figures():
 
 
 FIGURES = (*_score_figures(), *_time_figures(), *_many_figures(), *class_scores.figures('class', 'linear'),
-           *class_scores.figures('gamma_class', f'gamma {GAMMA}'))
+           *class_scores.figures('gamma_class', f'gamma {GAMMA}'),
+           Figure('images without markers', 'none_images', ''),
+           Figure('false detections in them', 'none_found', 'in all', median, Target('below', 1)))

@@ -1,13 +1,9 @@
 """All numbers that decide what the detector finds, grouped by the stage that uses them.
 
-They are measured, not derived: with these values ``./run bench markers FRAMES`` reaches its goals for
-recall, pose errors, false detections, wrong ids and flips. ``./run bench markers FRAMES --sensitivity`` changes each
-number by -10 % and +10 % (whole numbers by at least 1) and prints what that does to the score. The scenes that it adds
-to the frames (7x7 markers, margins that are not the detector's, motion, bundles) are rendered by
-tools/bench/sensitivity.py.
-docs/marker_thresholds.md holds the table of the last run; "Sensitivity" at each group below is its summary: recall in
-markers, 95th percentile of the rotation error in degrees. Nothing gave a false detection, a
-wrong id or an unflagged flip.
+They are measured, not derived: with these values ``./run bench markers FRAMES`` reaches its goals for recall, pose
+errors, false detections, wrong ids and flips. docs/marker_thresholds.md shows what -10 % and +10 % of a number (whole
+ones by at least 1) did to release 0.2.0; "Sensitivity" at each group below is its summary: recall in markers, 95th
+percentile of the rotation error in degrees. Nothing gave a false detection, a wrong id or an unflagged flip.
 
 A number without any effect there limits cost, or guards against input that is rarer than those scenes.
 Lengths are shares of the marker's side, cells or pixels, as stated; greys run from 0 to 255.
