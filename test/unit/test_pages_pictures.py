@@ -1,15 +1,9 @@
 """test/pages/pictures.py tells drawn paths apart, and forgives what turtles do to a picture."""
-import importlib.util
-import pathlib
-
 import cv2
 import numpy as np
 import pytest
 
-_SPEC = importlib.util.spec_from_file_location(
-    'pictures', pathlib.Path(__file__).resolve().parents[1] / 'pages' / 'pictures.py')
-pictures = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(pictures)
+from pages import pictures
 
 GROUND, PEN, BLUE, GREEN = (255, 86, 69), (255, 184, 179), (255, 0, 0), (60, 180, 90)  # BGR
 
