@@ -115,7 +115,8 @@ def test_a_suspended_program_leaves_the_terminal_as_it_was_and_takes_it_again(te
     before = termios.tcgetattr(program)
     code = (f'import sys; sys.path[:0] = {sys.path!r}; from turtlesim.teleop import KeyTerminal\n'
             'with KeyTerminal(0): print("ready", flush=True); input()')
-    child = subprocess.Popen([sys.executable, '-c', code], stdin=program, stdout=subprocess.PIPE)
+    child = subprocess.Popen([sys.executable, '-c', code], stdin=program, stdout=subprocess.PIPE,
+                             preexec_fn=os.setpgrp)  # in an orphaned group, SIGTSTP does nothing
     try:
         assert child.stdout.readline() == b'ready\n'
         assert termios.tcgetattr(program) != before
