@@ -5,6 +5,8 @@ errors do not add up from lap to lap.
 
 Threading contract: a callback stores the newest pose; the main thread takes it, decides and publishes.
 """
+from __future__ import annotations
+
 import math
 import threading
 import time
@@ -46,7 +48,7 @@ class SquareDriver:
     It starts in a corner, with a side straight ahead. Units: m, rad; x to the right, y up, theta counter-clockwise.
     """
 
-    def __init__(self, x, y, theta, side, laps=0):
+    def __init__(self, x: float, y: float, theta: float, side: float, laps: int = 0) -> None:
         """Place the square at the pose (x, y, theta); ``laps``: 0 means forever."""
         self.corners = square_corners(x, y, theta, side)  # in driving order, the first one the start
         self.visited = 0  # corners reached so far
@@ -56,28 +58,28 @@ class SquareDriver:
         self._act = self._turn
 
     @property
-    def corners_left(self):
+    def corners_left(self) -> float:
         """Return how many corners are left; inf if it drives forever."""
         return self._corners_to_visit - self.visited
 
     @property
-    def target(self):
+    def target(self) -> tuple[float, float]:
         return self.corners[(self.visited + 1) % 4]
 
-    def step(self, x, y, theta):
+    def step(self, x: float, y: float, theta: float) -> Twist2D:
         ahead, left = in_turtle_frame(x, y, theta, *self.target)
         heading_error = math.atan2(left, ahead)
         if not self.corners_left:
             self._act, heading_error = self._finish, wrap_angle(self._start_heading - theta)
         return self._act(ahead, left, heading_error)
 
-    def _turn(self, ahead, left, heading_error):
+    def _turn(self, ahead: float, left: float, heading_error: float) -> Twist2D:
         if abs(heading_error) <= HEADING_TOLERANCE:
             self._act = self._drive
             return STILL
         return Twist2D(angular_z=approach(heading_error, TURN_SPEED))
 
-    def _drive(self, ahead, left, heading_error):
+    def _drive(self, ahead: float, left: float, heading_error: float) -> Twist2D:
         if ahead <= DISTANCE_TOLERANCE:
             self._act = self._turn
             if math.hypot(ahead, left) <= CORNER_TOLERANCE:
@@ -86,19 +88,19 @@ class SquareDriver:
         steering = GAIN * math.atan2(left, max(ahead, LOOK_AHEAD))
         return Twist2D(linear_x=approach(ahead, SPEED), angular_z=max(-TURN_SPEED, min(steering, TURN_SPEED)))
 
-    def _finish(self, ahead, left, heading_error):
+    def _finish(self, ahead: float, left: float, heading_error: float) -> Twist2D:
         self.finished = abs(heading_error) <= HEADING_TOLERANCE
         return STILL if self.finished else Twist2D(angular_z=approach(heading_error, TURN_SPEED))
 
 
-def to_twist(command):
+def to_twist(command: Twist2D) -> Twist:
     """Return the geometry_msgs/Twist of a Twist2D; its other components are 0."""
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = command.linear_x, command.linear_y, command.angular_z
     return message
 
 
-def square_corners(x, y, theta, side):
+def square_corners(x: float, y: float, theta: float, side: float) -> list[tuple[float, float]]:
     """Return the corners (x, y) of the square that starts at a pose with a side straight ahead, counter-clockwise."""
     forward = (side * math.cos(theta), side * math.sin(theta))
     left = (-forward[1], forward[0])
@@ -106,13 +108,13 @@ def square_corners(x, y, theta, side):
             (x + forward[0] + left[0], y + forward[1] + left[1]), (x + left[0], y + left[1])]
 
 
-def in_turtle_frame(x, y, theta, target_x, target_y):
+def in_turtle_frame(x: float, y: float, theta: float, target_x: float, target_y: float) -> tuple[float, float]:
     """Return how far [m] a point lies ahead and to the left of a turtle at the pose (x, y, theta)."""
     dx, dy = target_x - x, target_y - y
     return math.cos(theta) * dx + math.sin(theta) * dy, math.cos(theta) * dy - math.sin(theta) * dx
 
 
-def approach(error, limit):
+def approach(error: float, limit: float) -> float:
     """Return the speed towards an error of 0: proportional, between CREEP and ``limit`` in size."""
     return math.copysign(max(CREEP, min(abs(GAIN * error), limit)), error)
 
@@ -120,21 +122,21 @@ def approach(error, limit):
 class DrawSquareNode:
     """Drives turtle1 with a SquareDriver. rospy must be initialised."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._side, self._laps = PARAMETERS.read('~side', '~laps')
         parameters.log_effective()
-        self._pose = None
+        self._pose: Pose | None = None
         self._ended = False
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._news = threading.Condition(threading.RLock())  # a signal may end the node while it is held
         self._publisher = LatestPublisher('turtle1/cmd_vel', Twist)
         rospy.on_shutdown(self._end)
 
-    def run(self):
+    def run(self) -> None:
         """Call reset, then drive until the laps are done or ROS shuts down."""
         reset_simulator()
         poses = rospy.Subscriber('turtle1/pose', Pose, self._store, queue_size=1, tcp_nodelay=True)
-        driver = None
+        driver: SquareDriver | None = None
         while not rospy.is_shutdown() and not (driver and driver.finished):
             pose = self._next_pose(poses.resolved_name)
             if pose is None:
@@ -150,7 +152,7 @@ class DrawSquareNode:
         if driver and driver.finished:
             rospy.loginfo('Done: laps driven: %d', self._laps)
 
-    def _store(self, pose):
+    def _store(self, pose: Pose) -> None:
         try:
             require_sane('pose', x=pose.x, y=pose.y, theta=pose.theta)
         except InvalidInput as refusal:
@@ -160,7 +162,7 @@ class DrawSquareNode:
             self._pose = pose
             self._news.notify()
 
-    def _next_pose(self, topic):
+    def _next_pose(self, topic: str) -> Pose | None:
         """Return the next pose; None if there is none for a while or ROS shuts down."""
         with self._news:
             if not self._news.wait_for(lambda: self._pose or self._ended, timeout=POSE_TIMEOUT):
@@ -169,12 +171,12 @@ class DrawSquareNode:
             pose, self._pose = self._pose, None
             return None if self._ended else pose
 
-    def _publish(self, command):
+    def _publish(self, command: Twist2D) -> None:
         with self._news:
             if not self._ended:
                 self._publisher.publish(to_twist(command))
 
-    def _end(self):
+    def _end(self) -> None:
         """Stop the turtle once, so that others can take over, and wake the main thread."""
         with self._news:
             self._publish(STILL)
@@ -182,7 +184,7 @@ class DrawSquareNode:
             self._news.notify()
 
 
-def reset_simulator():
+def reset_simulator() -> None:
     """Call the simulator's service ``reset`` until it succeeds."""
     name, throttle = rospy.resolve_name('reset'), WallThrottle(WARNING_PERIOD)
     while not rospy.is_shutdown():
@@ -200,11 +202,11 @@ def reset_simulator():
                 rospy.loginfo('Waiting for the service %s. Start the simulator: rosrun turtlesim turtlesim_node', name)
 
 
-def _log_target(driver):
+def _log_target(driver: SquareDriver) -> None:
     if driver.corners_left:
         rospy.loginfo('Driving to the corner at x=%.3f, y=%.3f', *driver.target)
 
 
-def main():
+def main() -> None:
     nodes.init_node('draw_square', PARAMETERS)
     DrawSquareNode().run()

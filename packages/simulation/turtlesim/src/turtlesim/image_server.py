@@ -6,6 +6,7 @@ image, so that a simulator without a viewer starts at once and stays small.
 import os
 import threading
 import time
+from typing import Any
 
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
@@ -18,6 +19,7 @@ from plain_support.doctor import findings
 from rospy_support import threads
 from rospy_support.parameters import Boolean, Computed, Number, Table, Text
 from rospy_support.topics import Publisher, SubscriptionListener
+from turtlesim.shared_world import SharedWorld
 
 FRAME_ID = 'turtlesim_canvas'
 PARAMETERS = Table(Boolean('~window', True), Number('~image_rate', 25.0, 0.1, 62.5, 'Hz'),
@@ -27,18 +29,20 @@ PARAMETERS = Table(Boolean('~window', True), Number('~image_rate', 25.0, 0.1, 62
 class ImageServer:
     """Serves ``~image_raw`` (rgb8), ``~image_raw/compressed`` (PNG), ``~snapshot`` and the window of a SharedWorld."""
 
-    def __init__(self, shared):
+    def __init__(self, shared: SharedWorld) -> None:
         """Read the parameters, register topics and service, open the window if there is a display."""
         self._shared = shared
         self._period = 1.0 / PARAMETERS['~image_rate'].read()
         self._frame_lock = threading.Lock()
-        self._frame_state = self._last_frame = None
+        self._frame_state: Any = None
+        self._last_frame: Any = None  # an array
         self._wanted = threading.Event()
         self._closed = threading.Event()
         listener = SubscriptionListener(self._wanted.set)
         self._image = Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
-        self._window, self._window_failed = None, False
+        self._window: Any = None
+        self._window_failed = False
         rospy.Service('~snapshot', Trigger, self._snapshot)
         reason = _no_window()
         if reason:
@@ -49,14 +53,14 @@ class ImageServer:
             self._wanted.set()
         self._thread = threads.keep_running('pictures', self._serve)
 
-    def close(self):
+    def close(self) -> None:
         self._closed.set()
         self._wanted.set()
         if self._window:
             self._window.close()
         self._thread.join(1.0)
 
-    def _serve(self):
+    def _serve(self) -> None:
         while not self._closed.is_set():
             self._wanted.wait()
             self._wanted.clear()
@@ -68,15 +72,15 @@ class ImageServer:
                 if self._window and self._window.closed:
                     rospy.signal_shutdown('the window was closed')
 
-    def _has_viewer(self):
+    def _has_viewer(self) -> bool:
         window = self._window and not self._window_failed
-        return window or self._image.get_num_connections() or self._compressed.get_num_connections()
+        return bool(window or self._image.get_num_connections() or self._compressed.get_num_connections())
 
-    def _on_window_failure(self, reason):
+    def _on_window_failure(self, reason: str) -> None:
         self._window_failed = True
         rospy.logwarn('%s', reason)
 
-    def _show(self, frame):
+    def _show(self, frame: Any) -> None:
         from rospy_support import images
         header = Header(stamp=rospy.Time.now(), frame_id=FRAME_ID)
         if self._image.get_num_connections():
@@ -86,7 +90,7 @@ class ImageServer:
         if self._window:
             self._window.show(frame)
 
-    def _frame(self):
+    def _frame(self) -> Any:
         """Return the image, (500, 500, 3) uint8 RGB, made again only when something has changed."""
         import numpy
 
@@ -99,7 +103,7 @@ class ImageServer:
                 self._last_frame, self._frame_state = sprites.render(canvas, turtles), state
             return self._last_frame
 
-    def _snapshot(self, _):
+    def _snapshot(self, _: Any) -> TriggerResponse:
         from turtlesim.core import sprites
         frame = self._frame()
         stem = rospy.get_name().strip('/').replace('/', '_')
@@ -114,7 +118,7 @@ class ImageServer:
         return TriggerResponse(True, path)
 
 
-def _no_window():
+def _no_window() -> str:
     """Return why no window is opened; '' if one is."""
     if not PARAMETERS['~window'].read():
         return f'{rospy.resolve_name("~window")} is false'

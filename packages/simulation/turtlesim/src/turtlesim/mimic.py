@@ -16,7 +16,7 @@ from turtlesim.msg import Pose
 WARNING_PERIOD = 5.0  # [s]
 
 
-def twist_from_pose(pose):
+def twist_from_pose(pose: Pose) -> Twist:
     """Return the Twist with the speeds [m/s, rad/s] of a turtlesim/Pose; raise InvalidInput if they are invalid.
 
     A pose carries no direction of travel: a turtle that drives backward is mimicked by one that drives forward.
@@ -28,7 +28,7 @@ def twist_from_pose(pose):
     return twist
 
 
-def topic_below(namespace, name):
+def topic_below(namespace: str, name: str) -> str:
     """Return the name with which to register a topic, so that its namespace can be remapped as well as the topic.
 
     ``input:=turtle1`` and ``input/pose:=turtle1/pose`` mean the same; rospy itself supports only the second form.
@@ -39,7 +39,7 @@ def topic_below(namespace, name):
 class MimicNode:
     """Copies the speeds, and stops the copying turtle once when the node ends. rospy must be initialised."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._lock = threading.RLock()  # a signal may end the node while its main thread holds it
         self._moving = self._ended = False
         self._publisher = LatestPublisher(topic_below('output', 'cmd_vel'), Twist)
@@ -51,7 +51,7 @@ class MimicNode:
                       self._input, self._publisher.resolved_name)
         rospy.Subscriber(source, Pose, self._copy, queue_size=1, tcp_nodelay=True)
 
-    def _copy(self, pose):
+    def _copy(self, pose: Pose) -> None:
         try:
             twist = twist_from_pose(pose)
         except InvalidInput as refusal:
@@ -62,14 +62,14 @@ class MimicNode:
                 self._publisher.publish(twist)
                 self._moving = bool(twist.linear.x or twist.angular.z)
 
-    def _stop(self):
+    def _stop(self) -> None:
         with self._lock:
             self._ended = True
             if self._moving:
                 self._publisher.publish(Twist())
 
 
-def main():
+def main() -> None:
     nodes.init_node('turtle_mimic')
     MimicNode()
     rospy.spin()

@@ -1,5 +1,6 @@
 """Check the names of turtles, which become part of the names of topics and services."""
 import re
+from typing import Iterable
 
 import rospy
 
@@ -13,19 +14,19 @@ LEGAL = re.compile(r'/?[A-Za-z]\w*(/\w+)*', re.ASCII)  # a ROS graph name withou
 class TurtleNames:
     """The names of the existing turtles, by their resolved names in ROS."""
 
-    def __init__(self, names=()):
+    def __init__(self, names: Iterable[str] = ()) -> None:
         self._names = {rospy.resolve_name(name): name for name in names}  # resolved name: name
 
-    def __contains__(self, name):
+    def __contains__(self, name: object) -> bool:
         return rospy.resolve_name(name) in self._names
 
-    def add(self, name):
+    def add(self, name: str) -> None:
         self._names[rospy.resolve_name(name)] = name
 
-    def remove(self, name):
+    def remove(self, name: str) -> None:
         del self._names[rospy.resolve_name(name)]
 
-    def check(self, name):
+    def check(self, name: str) -> None:
         """Raise InvalidInput unless a new turtle's name is legal in ROS and does not clash with other names.
 
         A turtle with exactly the same name is not an error here: the world refuses it with a text of its own.

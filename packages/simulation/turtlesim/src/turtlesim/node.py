@@ -5,14 +5,18 @@ turtles and publishes (frame_services). Calls of the master for a service run in
 neither the world nor ``_interfaces``; subscribers run in rospy's threads and access the world under SharedWorld's
 lock; separate threads make images and drawings (image_server.py, drawing_server.py).
 """
+from __future__ import annotations
+
 import contextlib
 import gc
 import math
+import socket
+from typing import Any, Callable, Generator, Iterable, Mapping
 
 import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, UnknownTurtle, random_start
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, Colour, UnknownTurtle, random_start
 from rospy_support import parameters, reachability, registration, rospy_internals
 from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import Computed, Integer, Numbers, Table
@@ -39,7 +43,7 @@ PARAMETERS = Table(*BACKGROUND_PARAMETERS, Table(clock.PARAMETERS, clock.SEED, S
 class TurtlesimNode:
     """turtlesim's node, with turtle1."""
 
-    def __init__(self, connection=None):
+    def __init__(self, connection: socket.socket | None = None) -> None:
         """Read the parameters and register everything. Call ``init_simulator`` first.
 
         ``connection``: a socket for a ParentLink, whose commands drive turtle1.
@@ -47,7 +51,7 @@ class TurtlesimNode:
         self._parent = ParentLink(connection, self._drive) if connection else None
         self._clock = SimulatorClock(DT, self._parent)
         self._background = BACKGROUND
-        self._asked_in_batch = None  # the last one in which the master was asked for the background
+        self._asked_in_batch: int | None = None  # the last one in which the master was asked for the background
         self._set_background()
         self._shared = SharedWorld(self._initial_background(), _start())
         self._shared.record_if_asked()
@@ -64,12 +68,12 @@ class TurtlesimNode:
         self._drawing_server = DrawingServer(self._shared)
         registration.on_return(self._set_background)
 
-    def _drive(self, linear, angular):
+    def _drive(self, linear: float, angular: float) -> None:
         with contextlib.suppress(UnknownTurtle), self._shared.lock:
             self._shared.world.command(FIRST, linear, 0.0, angular)
             self._shared.note('cmd', linear, 0.0, angular, request=recording.PARENT)
 
-    def run(self):
+    def run(self) -> None:
         try:
             self._clock.run(self._step)
         finally:
@@ -77,11 +81,11 @@ class TurtlesimNode:
         self._image_server.close()
         self._drawing_server.close()
 
-    def _step(self):
+    def _step(self) -> None:
         readings = self._shared.step()
         if self._parent:
             self._parent.moved(self._shared.world.steps, {turtle.name: turtle.pose()[:3] for turtle, _, _ in readings})
-        at_wall = []
+        at_wall: list[tuple[float, float]] = []
         for turtle, colour, wall in readings:
             interface = self._interfaces.get(turtle.name)
             if interface is not None:
@@ -91,12 +95,12 @@ class TurtlesimNode:
         if at_wall:
             self._warn_of_wall(at_wall)
 
-    def _warn_of_wall(self, at_wall):
+    def _warn_of_wall(self, at_wall: list[tuple[float, float]]) -> None:
         """Warn once per step, for each turtle in turn: logging a hundred lines per step would stop the simulator."""
         self._wall_turn += 1
         rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
 
-    def _clear(self, request):
+    def _clear(self, request: Any) -> Generator[Callable[[], Any], Any, EmptyResponse]:
         rospy.loginfo('Clearing turtlesim.')
         background = yield self._ask_background
         with self._shared.lock:
@@ -104,7 +108,7 @@ class TurtlesimNode:
             self._shared.note('clear', *background, request=request)
         return EmptyResponse()
 
-    def _reset(self, request):
+    def _reset(self, request: Any) -> Generator[Callable[[], Any], Any, EmptyResponse]:
         rospy.loginfo('Resetting turtlesim.')
         first = self._interfaces.get(FIRST)  # its subscribers stay connected
         gone = [interface for interface in self._interfaces.values() if interface is not first]
@@ -124,7 +128,7 @@ class TurtlesimNode:
         _log_spawn(FIRST, *self._shared.world.start)
         return EmptyResponse()
 
-    def _spawn(self, request):
+    def _spawn(self, request: Any) -> Generator[Callable[[], Any], Any, SpawnResponse]:
         with self._shared.change() as world:
             name = request.name or world.next_name(self._names)
             self._names.check(name)
@@ -140,7 +144,7 @@ class TurtlesimNode:
         _log_spawn(name, request.x, request.y, request.theta)
         return SpawnResponse(name)
 
-    def _kill(self, request):
+    def _kill(self, request: Any) -> Generator[Callable[[], Any], Any, KillResponse]:
         with self._shared.change() as world:
             world.kill(request.name)
             self._shared.note('kill', turtle=request.name, request=request)
@@ -151,7 +155,7 @@ class TurtlesimNode:
             gc.unfreeze()
         return KillResponse()
 
-    def _read_background(self, values=None):
+    def _read_background(self, values: Mapping[str, Any] | None = None) -> Colour:
         """Return the background colour in the private parameters; an invalid one makes the service call fail.
 
         ``values`` are those of the parameters, if they have already been read.
@@ -165,7 +169,7 @@ class TurtlesimNode:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
 
-    def _ask_background(self):
+    def _ask_background(self) -> Colour:
         """Like _read_background, but ask the master once per batch, with a time limit."""
         batch = self._clock.services.batch
         if batch != self._asked_in_batch:
@@ -176,13 +180,13 @@ class TurtlesimNode:
             self._asked_in_batch = batch
         return self._background
 
-    def _set_background(self):
+    def _set_background(self) -> None:
         """Set the parameters that are missing: at the start, and on a restarted master, which has none."""
         for parameter, value in zip(BACKGROUND_PARAMETERS, self._background):
             if not rospy.has_param(parameter.name):
                 rospy.set_param(parameter.name, value)
 
-    def _initial_background(self):
+    def _initial_background(self) -> Colour:
         try:
             return self._read_background()
         except rospy.ServiceException:
@@ -190,7 +194,7 @@ class TurtlesimNode:
                           BACKGROUND)
             return BACKGROUND
 
-    def _connect(self, name):
+    def _connect(self, name: str) -> TurtleInterface:
         """Return a new turtle's TurtleInterface; the call fails if it cannot be registered with the master."""
         with rospy_internals.collected_registrations() as calls:
             interface = TurtleInterface(name, self._shared, self._clock.services)
@@ -203,7 +207,7 @@ class TurtlesimNode:
                                          'again') from None
         return interface
 
-    def _disconnect(self, interfaces):
+    def _disconnect(self, interfaces: Iterable[TurtleInterface]) -> None:
         """Remove the interfaces of turtles that are gone, and unregister them if there is a master."""
         with rospy_internals.collected_unregistrations() as calls:
             for interface in interfaces:
@@ -214,7 +218,7 @@ class TurtlesimNode:
             rospy.logwarn('%s: it may still list turtles that are gone.', error)
 
 
-def _start():
+def _start() -> tuple[float, float, float]:
     """Return the start of turtle1: ~start, by default a random pose from ~seed, or the centre as in the original."""
     seed = clock.SEED.read()
     start = START_PARAMETER.read(list(random_start(seed) if seed else START))
@@ -225,11 +229,11 @@ def _start():
     return tuple(start)
 
 
-def _log_spawn(name, x, y, theta):
+def _log_spawn(name: str, x: float, y: float, theta: float) -> None:
     rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
 
 
-def main(connection=None):
+def main(connection: socket.socket | None = None) -> None:
     """Run turtlesim_node; ``connection``: that of a ParentLink."""
     init_simulator('turtlesim', PARAMETERS)
     reachability.watch()

@@ -2,12 +2,15 @@
 
 Threading contract: keys are read and Twists published in the main thread; other threads only wake it.
 """
+from __future__ import annotations
+
 import os
 import re
 import select
 import sys
 import threading
 import time
+from typing import Iterator
 
 import rosgraph
 import rospy
@@ -50,12 +53,13 @@ class KeyDecoder:
     A key is 'up', 'down', 'left', 'right' (with or without Shift, Alt, Ctrl) or QUIT; all others are ignored.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._rest = b''
 
-    def feed(self, data):
-        """Return the list of the keys that ``data`` (bytes) completes, in order."""
-        data, keys, position = self._rest + data, [], 0
+    def feed(self, data: bytes) -> list[str]:
+        """Return the list of the keys that ``data`` completes, in order."""
+        data, position = self._rest + data, 0
+        keys: list[str | None] = []
         while position < len(data) and not _BEGUN.match(data, position):
             sequence = _SEQUENCE.match(data, position)
             if sequence:
@@ -68,11 +72,11 @@ class KeyDecoder:
         return [key for key in keys if key is not None]
 
 
-def _arrow(sequence):
+def _arrow(sequence: re.Match[bytes]) -> str | None:
     return _ARROWS.get(sequence['final']) if _PRESS.match(sequence['parameters'] or b'') else None
 
 
-def keys_from(descriptor, wake):
+def keys_from(descriptor: int, wake: int) -> Iterator[str]:
     """Yield the keys from a file descriptor, until QUIT, its end, or until ``wake`` has something to read."""
     decoder = KeyDecoder()
     while True:
@@ -94,7 +98,7 @@ def keys_from(descriptor, wake):
 class TeleopNode:
     """Publishes the velocities of the keys on turtle1/cmd_vel. rospy must be initialised."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._linear = _scale('scale_linear')
         self._angular = _scale('scale_angular')
         self._listened, self._pressed = threading.Event(), False
@@ -104,7 +108,7 @@ class TeleopNode:
         rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
         rospy.on_shutdown(self._listened.set)
 
-    def run(self, descriptor):
+    def run(self, descriptor: int) -> None:
         """Read keys from a file descriptor and publish, until its end, a key that quits, or the shutdown."""
         with KeyTerminal(descriptor) as terminal:
             print(HELP.format(topic=self._publisher.resolved_name, linear=self._linear, angular=self._angular),
@@ -114,7 +118,7 @@ class TeleopNode:
             for key in keys_from(descriptor, self._wake):
                 self._press(key)
 
-    def _press(self, key):
+    def _press(self, key: str) -> None:
         forward, turn = DIRECTIONS[key]
         twist = Twist()
         twist.linear.x = self._linear * forward
@@ -127,7 +131,7 @@ class TeleopNode:
                                 'rosrun turtlesim turtlesim_node', self._publisher.resolved_name)
         self._publisher.publish(twist)
 
-    def _wait_for_listeners(self):
+    def _wait_for_listeners(self) -> None:
         """Wait for subscribers: keys from a file or program come at once, before any node could have connected."""
         listeners = self._listeners()
         if not listeners:
@@ -135,7 +139,7 @@ class TeleopNode:
         self._listened.wait()
         self._wait_for_connections(len(listeners))
 
-    def _listeners(self):
+    def _listeners(self) -> list[str]:
         """Return the names of the subscribing nodes; on a loaded machine they connect later."""
         try:
             subscribers = rosgraph.Master(rospy.get_name()).getSystemState()[1]
@@ -143,7 +147,7 @@ class TeleopNode:
             return []
         return dict(subscribers).get(self._publisher.resolved_name, [])
 
-    def _wait_for_connections(self, number):
+    def _wait_for_connections(self, number: int) -> None:
         deadline = time.monotonic() + LISTENERS_DEADLINE
         while self._publisher.get_num_connections() < number and time.monotonic() < deadline:
             self._listened.clear()
@@ -151,12 +155,12 @@ class TeleopNode:
                 self._listened.wait(deadline - time.monotonic())
 
 
-def _scale(name):
+def _scale(name: str) -> float:
     """Return the private parameter, else the one in the node's namespace, which turtlesim uses."""
     private = PARAMETERS['~' + name]
     return private.read(None if rospy.has_param(private.name) else PARAMETERS[name].read())
 
 
-def main():
+def main() -> None:
     nodes.init_node('teleop_turtle', PARAMETERS)
     TeleopNode().run(sys.stdin.fileno())

@@ -6,6 +6,8 @@ after another) from its standard input, until that ends or the user closes the w
 Threading contract: Window may be used from any thread; only ``close`` waits. One thread writes images, another one
 waits for the window's process to end.
 """
+from __future__ import annotations
+
 import os
 import re
 import signal
@@ -13,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from typing import IO, Any, Callable
 
 from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
 from plain_support.doctor import findings
@@ -30,7 +33,7 @@ _MAX_HEADER = 32  # [bytes]
 class Window:
     """A window of CANVAS_SIZE x CANVAS_SIZE px that shows the newest image."""
 
-    def __init__(self, title=TITLE, report=None):
+    def __init__(self, title: str = TITLE, report: Callable[[str], object] | None = None) -> None:
         """Open the window; this returns at once.
 
         If it cannot be opened or fails later, ``report(text)`` is called once, from another thread, with the problem
@@ -38,25 +41,26 @@ class Window:
         """
         self._report = report or (lambda text: print(text, file=sys.stderr, flush=True))
         self._change = threading.Condition()
-        self._newest = self._last = None
+        self._newest: Any = None
+        self._last: Any = None
         self._closing = self._closed_by_user = False
-        self._process = _start(title)
+        self._process: Any = _start(title)  # with pipes
         self._writer = threading.Thread(target=self._write, name='window pictures', daemon=True)
         self._watcher = threading.Thread(target=self._watch, name='window end', daemon=True)
         self._writer.start()
         self._watcher.start()
 
     @property
-    def open(self):
+    def open(self) -> bool:
         """Return whether the window can show images: it is open, or about to open."""
         return self._process.returncode is None and not self._closing
 
     @property
-    def closed(self):
+    def closed(self) -> bool:
         """Return whether the user has closed the window; False if it could not be opened or has failed."""
         return self._closed_by_user
 
-    def show(self, picture):
+    def show(self, picture: Any) -> None:
         """Show an image: RGB, 8 bit, row by row from the top, as bytes or as an array of uint8.
 
         Do not change it afterwards. The same object is not sent again. Raise ValueError for another size.
@@ -69,7 +73,7 @@ class Window:
                 self._newest = self._last = picture
                 self._change.notify()
 
-    def close(self):
+    def close(self) -> None:
         """Close the window, and wait for its process to end, at most one or two seconds."""
         with self._change:
             self._closing = True
@@ -82,7 +86,7 @@ class Window:
                 break
         self._writer.join(END_TIMEOUT)
 
-    def _write(self):
+    def _write(self) -> None:
         """Send the newest image, then wait until the next one may follow."""
         try:
             with self._process.stdin as pipe:
@@ -97,7 +101,7 @@ class Window:
         except OSError:
             pass  # the process has ended; _watch says why
 
-    def _watch(self):
+    def _watch(self) -> None:
         error = self._process.stderr.read().decode(errors='replace').strip()
         code = self._process.wait()
         self._process.stderr.close()
@@ -109,7 +113,7 @@ class Window:
             self._report(f'{error or f"The window ended with code {code}."}\nThe simulator continues without a window.')
 
 
-def _start(title):
+def _start(title: str) -> subprocess.Popen[bytes]:
     """Start the window's process in a new session, so that Ctrl-C in a terminal only reaches the simulator.
 
     It is not a plain_support.BackgroundProcess, whose output goes to a file, because threads use its pipes.
@@ -119,7 +123,7 @@ def _start(title):
                             stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
 
-def _send(pipe, picture):
+def _send(pipe: IO[bytes], picture: Any) -> None:
     data = memoryview(b'P6 %d %d 255\n' % (CANVAS_SIZE, CANVAS_SIZE) + bytes(picture))
     while data:
         data = data[pipe.write(data):]
@@ -128,16 +132,16 @@ def _send(pipe, picture):
 class ImageReader:
     """Finds the newest complete picture in a stream of binary PPM files of 8 bit that follow one another."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._rest = bytearray()
 
-    def feed(self, data):
+    def feed(self, data: bytes) -> bytes | None:
         """Return the last image that ``data`` completes, as the bytes of a PPM file, or None.
 
         Raise ValueError if the data are not such a stream.
         """
         self._rest += data
-        newest = None
+        newest: bytes | None = None
         while True:
             header = _HEADER.match(self._rest)
             if not header:
@@ -154,9 +158,9 @@ class ImageReader:
 class _Viewer:
     """The window itself; everything happens in Tk's main loop."""
 
-    def __init__(self, tkinter, title, descriptor):
+    def __init__(self, tkinter: Any, title: str, descriptor: int) -> None:
         self._images = ImageReader()
-        self._newest = None
+        self._newest: bytes | None = None
         self._descriptor = descriptor
         self._root = tkinter.Tk(className=title)
         self._root.title(title)
@@ -167,11 +171,11 @@ class _Viewer:
         os.set_blocking(descriptor, False)
         self._root.createfilehandler(descriptor, tkinter.READABLE, self._read)
 
-    def run(self):
+    def run(self) -> None:
         """Show images until there are no more or the user closes the window."""
         self._root.mainloop()
 
-    def _read(self, *_):
+    def _read(self, *_: object) -> None:
         try:
             data = os.read(self._descriptor, READ_SIZE)
         except BlockingIOError:
@@ -185,12 +189,12 @@ class _Viewer:
                 self._root.after(REDRAW_DELAY, self._draw)
             self._newest = picture
 
-    def _draw(self):
+    def _draw(self) -> None:
         self._image.configure(data=self._newest, format='PPM')
         self._newest = None
 
 
-def main():
+def main() -> None:
     """Run the window's process; exit with 0 if the window was closed, else with a text that says why."""
     try:
         import tkinter

@@ -234,7 +234,7 @@ class Numbers(Parameter):
     """A list of finite floats (or of such lists), in ``unit``, with ``length`` entries if that is given."""
 
     name: str
-    default: List[Any]
+    default: 'List[Any] | Computed'
     length: Optional[int] = None
     unit: str = ''
     kind = 'list of'
