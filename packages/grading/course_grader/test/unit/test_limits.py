@@ -60,7 +60,7 @@ def test_program_that_wants_many_cores_gets_only_idle_ones(count, greedy):
         meter = Meter(Limits(), lambda: [process.pid for process in busy], lambda _: 0.0)
         end = time.monotonic() + (DEADLINE if greedy else 1.0)
         while not meter.greedy and time.monotonic() < end:
-            assert meter.poll() == ''
+            assert meter.poll() is None
             time.sleep(0.05)
         assert meter.greedy is greedy
         classes = {os.sched_getscheduler(process.pid) for process in busy}
@@ -75,9 +75,9 @@ def test_what_ends_between_two_looks_is_nothing():
     with subprocess.Popen(['true']) as process:
         pass
     meter = Meter(Limits(), lambda: [process.pid], lambda _: 0.0)
-    assert meter.poll() == '' and meter.cpu() == 0.0
+    assert meter.poll() is None and meter.cpu() == 0.0
 
 
-@pytest.mark.parametrize('code, name', [(-24, 'cpu'), (128 + 25, 'file_size'), (-9, ''), (1, ''), (137, '')])
+@pytest.mark.parametrize('code, name', [(-24, 'cpu'), (128 + 25, 'file_size'), (-9, None), (1, None), (137, None)])
 def test_the_signal_of_a_limit(code, name):
     assert limits.of_signal(code) == name

@@ -31,8 +31,9 @@ def a_check(tmp_path, answer=(0, ''), level=levels.NAMESPACE):
 
 def a_student(text, **parts):
     """Return a Student that has failed and printed a text."""
-    return types.SimpleNamespace(**{'exceeded_limit': lambda: '', 'lines': [OutputLine(0.0, text)], 'end': lambda: None,
-                                    'exit_code': lambda: 1, 'memory': lambda: 100.0, **parts})
+    return types.SimpleNamespace(**{
+        'exceeded_limit': lambda: None, 'lines': [OutputLine(0.0, text)], 'end': lambda: None, 'exit_code': lambda: 1,
+        'memory': lambda: 100.0, **parts})
 
 
 @pytest.mark.parametrize('text, asked', [
@@ -48,8 +49,8 @@ def test_the_machine_is_blamed_only_if_a_program_of_the_grader_fails_too(tmp_pat
 
 
 @pytest.mark.parametrize('problem, limit', [
-    (None, ''), (Problem("exit code 1: NameError: name 'cv2' is not defined"), ''),
-    (Problem("exit code 1: RuntimeError: can't start new thread"), 'the program exceeded a limit: processes')])
+    (None, None), (Problem("exit code 1: NameError: name 'cv2' is not defined"), None),
+    (Problem("exit code 1: RuntimeError: can't start new thread"), Problem('the program exceeded a limit: processes'))])
 def test_other_failures_are_not_tried(tmp_path, problem, limit):
     check, asked = a_check(tmp_path, (1, 'no'))
     check.blame(a_student('', exceeded_limit=lambda: limit), problem)

@@ -106,7 +106,7 @@ def _prepared(job):
     packages = job.packages or _package(command)
     sourced = job.sourced if not job.packages and job.sourced.concern(command) else Sourced()
     unusable = next(filter(None, map(student_files.unusable_packages, sourced.folders() or filter(
-        None, [packages]))), '')
+        None, [packages]))), None)
     if unusable and os.path.basename(command[0]) in sandbox.FIND_PACKAGES:
         raise sandbox.CommandError(unusable)
     job = job._replace(isolation=_isolation(job, command, packages, sourced))

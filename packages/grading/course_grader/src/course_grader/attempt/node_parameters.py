@@ -17,7 +17,7 @@ def check(exercise):
 
 
 def _problem(name, value):
-    """Return why a parameter, such as /amcl/max_particles, cannot have a value, or ''."""
+    """Return why a parameter, such as /amcl/max_particles, cannot have a value, or None."""
     try:
         xmlrpc.client.dumps((value,))
     except (TypeError, OverflowError):
@@ -27,11 +27,11 @@ def _problem(name, value):
     try:
         declared = {parameter.name: parameter for parameter in importlib.import_module(TABLES[node]).PARAMETERS}
     except ImportError:
-        return ''
+        return None
     parameter = declared.get(f'~{rest}')
     try:
         if parameter:
             parameter.convert(value)
     except ValueError:
         return f'parameters: {name} is {shown(value)}; it must be {parameter.allowed} {parameter.unit}'.rstrip()
-    return ''
+    return None

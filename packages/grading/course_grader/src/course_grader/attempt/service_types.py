@@ -25,7 +25,7 @@ def request(service_class, numbers):
 
 
 def _problem(name, spans):
-    """Return why a service of this type cannot be called with numbers from these spans, or ''."""
+    """Return why a service of this type cannot be called with numbers from these spans, or None."""
     try:
         found = roslib.message.get_service_class(name)
     except (rospkg.ResourceNotFound, ImportError):
@@ -40,4 +40,4 @@ def _problem(name, spans):
         return f'request has {len(spans)} numbers, but {name} takes {len(fields)}: {", ".join(fields) or "none"}'
     return next((f'request: {field} of {name} is a {kind}, from {WHOLE[kind][0]} to {WHOLE[kind][1]}'
                  for (field, kind), (low, high) in zip(fields.items(), spans)
-                 if kind in WHOLE and not WHOLE[kind][0] <= low <= high <= WHOLE[kind][1]), '')
+                 if kind in WHOLE and not WHOLE[kind][0] <= low <= high <= WHOLE[kind][1]), None)

@@ -8,7 +8,7 @@ import math
 import os
 import platform
 import re
-from typing import Callable, Collection, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 MEGABYTE = 1 << 20
 PERIOD = 0.5  # [s] of wall time between two polls of a Meter; if shorter, lockstep counts the Meter as busy
@@ -99,8 +99,8 @@ class Meter:
         self.memory = 0.0  # [MB], the highest so far
         self.greedy = False  # it wanted many cores at a time
 
-    def poll(self) -> str:
-        """Return which limit the program has exceeded, or ''; a greedy program runs only on cores that are idle."""
+    def poll(self) -> Optional[str]:
+        """Return which limit the program has exceeded, or None; a greedy program runs only on cores that are idle."""
         numbers = self._find()
         busy = sum(map(_runnable, numbers)) >= MANY_BUSY
         self.greedy = self.greedy or busy and self._was_busy
@@ -115,7 +115,7 @@ class Meter:
         used = {'memory': _memory(numbers, self._limits.memory), 'cpu': self.cpu(), 'disk': self._disk(numbers)}
         self.memory = max(self.memory, used['memory'])
         limits = self._limits._asdict()
-        return next((reason(name, limits[name]) for name, value in used.items() if 0 < limits[name] <= value), '')
+        return next((reason(name, limits[name]) for name, value in used.items() if 0 < limits[name] <= value), None)
 
     def cpu(self) -> float:
         """Return the processor time [s] of all processes seen so far."""
@@ -128,10 +128,10 @@ def reason(name: str, limit: int) -> str:
     return f'the program exceeded a limit: {meaning.partition(";")[0]}: {limit}{unit} ({option(name)})'
 
 
-def of_signal(code: int) -> str:
-    """Return which limit an exit code tells (below 0, or from 128: a signal), or ''."""
+def of_signal(code: int) -> Optional[str]:
+    """Return which limit an exit code tells (below 0, or from 128: a signal), or None."""
     number = -code if code < 0 else code - 128
-    return {24: 'cpu', 25: 'file_size'}.get(number, '')  # SIGXCPU, SIGXFSZ
+    return {24: 'cpu', 25: 'file_size'}.get(number)  # SIGXCPU, SIGXFSZ
 
 
 def _fields(number: int, below: str = '') -> Sequence[bytes]:

@@ -220,7 +220,8 @@ class Program:
         self.process, self._inside, self._end = process, inside, end
         self._report, self._status = report, b''
         self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else lambda _: disk_used())
-        self._most, self._exceeded = most, ''
+        self._most = most
+        self._exceeded: Optional[str] = None
         threading.Thread(target=self._watch, name='limits', daemon=True).start()
 
     def ids(self) -> Set[int]:
@@ -249,11 +250,13 @@ class Program:
             raise IsolationError(f'{levels.BUBBLEWRAP} could not isolate the program (exit code {code})')
         return code
 
-    def exceeded_limit(self) -> str:
-        """Return which limit it has exceeded, and was ended for, or ''."""
+    def exceeded_limit(self) -> Optional[Problem]:
+        """Return the Problem of a program that was ended because it has exceeded a limit, or None."""
+        if self._exceeded:
+            return Problem(self._exceeded)
         code = self.process.poll()
-        name = limits.of_signal(code) if code is not None else ''
-        return self._exceeded or (limits.reason(name, self._most._asdict()[name]) if name else '')
+        name = None if code is None else limits.of_signal(code)
+        return Problem(limits.reason(name, self._most._asdict()[name])) if name else None
 
     def _watch(self) -> None:
         with contextlib.suppress(OSError):  # needs root; without it, hundreds of busy processes would delay the check
@@ -355,8 +358,9 @@ class Student:
 
         rospy.signal_shutdown in a callback ends a loop of the main thread with an exception, which is not a failure.
         """
-        if self.exceeded_limit():
-            return Problem(self.exceeded_limit())
+        exceeded = self.exceeded_limit()
+        if exceeded:
+            return exceeded
         code = self.exit_code()
         if not code or code == 1 and self.last_output().startswith(SHUT_DOWN):
             return None

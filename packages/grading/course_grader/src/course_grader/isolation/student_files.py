@@ -1,6 +1,6 @@
 """Read the files of a submission safely: they may be pipes, links to endless devices, terabytes, or very deep."""
 import os
-from typing import Callable, Iterator, List, Tuple
+from typing import Callable, Iterator, List, Optional, Tuple
 
 from course_grader.isolation.limits import MEGABYTE
 from plain_support import documents
@@ -66,8 +66,8 @@ def walk(folder: str, too_deep: Callable[[str], object] = lambda path: None
                 too_deep(path)
 
 
-def unusable_packages(folder: str) -> str:
-    """Return why ROS cannot search a folder for packages, and what to do, or ''.
+def unusable_packages(folder: str) -> Optional[str]:
+    """Return why ROS cannot search a folder for packages, and what to do, or None.
 
     ROS reads each package.xml below it, and follows links.
     """
@@ -86,11 +86,11 @@ def unusable_packages(folder: str) -> str:
             wrong += filter(None, [_fault(os.path.join(parent, 'package.xml'))])
         if wrong:
             break
-    return (wrong or [''])[0]
+    return wrong[0] if wrong else None
 
 
-def _fault(path: str) -> str:
-    """Return what is wrong with a package.xml, or ''."""
+def _fault(path: str) -> Optional[str]:
+    """Return what is wrong with a package.xml, or None."""
     try:
         documents.parse_xml(whole(path))
     except UnreadableFile as error:
@@ -98,4 +98,4 @@ def _fault(path: str) -> str:
     except documents.DocumentError as error:
         return (f'{path}: {error}, so ROS does not find the package: each <tag> needs its </tag>, and & is written '
                 '&amp;')
-    return ''
+    return None

@@ -84,12 +84,12 @@ def parents(places: Iterable[str]) -> List[str]:
     return sorted(folder for folder in found if folder != '/tmp' and not below(folder, [*SYSTEM, *places]))
 
 
-def escaping(command: Sequence[str], own: Sequence[str]) -> str:
-    """Return the file of a command that links to a file outside of the program, or ''."""
+def escaping(command: Sequence[str], own: Sequence[str]) -> Optional[str]:
+    """Return the file of a command that links to a file outside of the program, or None."""
     real = [os.path.join(os.path.realpath(os.path.dirname(place)), os.path.basename(place)) if os.path.isfile(place)
             else os.path.realpath(place) for place in own]
     return next((part for part in command if below(os.path.abspath(part), own) and os.path.exists(part)
-                 and not below(os.path.realpath(part), real)), '')
+                 and not below(os.path.realpath(part), real)), None)
 
 
 def shown(surroundings: Mapping[str, str], own: Sequence[str]) -> List[Tuple[str, str]]:
