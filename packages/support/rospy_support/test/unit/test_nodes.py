@@ -17,13 +17,6 @@ pytestmark = pytest.mark.slow
 DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
 
 
-@pytest.fixture
-def fatal(monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'logfatal', lambda text, *values: lines.append(text % values))
-    return lines
-
-
 def raising(error):
     def main():
         raise error
@@ -37,13 +30,13 @@ def raising(error):
     (rospy.ROSInterruptException('shutdown'), 0), (KeyboardInterrupt(), 0),
     (ZeroDivisionError('mine'), 1),
 ])
-def test_the_exit_code_of_an_error(error, code, fatal):
+def test_the_exit_code_of_an_error(error, code, logged):
     assert nodes.outcome(raising(error)) == code
 
 
-def test_a_bad_parameter_is_logged(fatal):
+def test_a_bad_parameter_is_logged(logged):
     nodes.outcome(raising(parameters.ParameterError('parameter /a is 100%; it must be less')))
-    assert fatal == ['parameter /a is 100%; it must be less']
+    assert logged == ['parameter /a is 100%; it must be less']
 
 
 def test_a_text_for_sys_exit_is_printed(capsys):

@@ -111,14 +111,6 @@ def connected(monkeypatch, master):
 
 
 @pytest.fixture
-def logged(monkeypatch):
-    lines = []
-    for level in ('logwarn', 'logfatal'):
-        monkeypatch.setattr(rospy, level, lambda text, *values: lines.append(text % values))
-    return lines
-
-
-@pytest.fixture
 def watch(master, connected, logged, monkeypatch):
     """Return a function that starts keep_registered; the thread ends with the test."""
     hooks, threads = [], []

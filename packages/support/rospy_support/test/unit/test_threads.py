@@ -11,11 +11,9 @@ DEADLINE = 20.0  # [s] for what takes milliseconds
 
 
 @pytest.fixture
-def errors(monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'logerr', lambda text, *values: lines.append(text % values))
+def errors(monkeypatch, logged):
     monkeypatch.setattr(threads, 'PAUSE', 0.001)
-    return lines
+    return logged
 
 
 def failing(times, then):

@@ -3,7 +3,6 @@ import math
 import types
 
 import pytest
-import rospy
 
 from rospy_support import throttle
 from rospy_support.throttle import WallThrottle
@@ -48,10 +47,8 @@ def test_what_is_forgotten_is_due_at_once(clock):
     assert throttled.due('a') and not throttled.due('b')
 
 
-def test_a_warning_is_formatted_and_counts_as_logged(clock, monkeypatch):
-    lines = []
-    monkeypatch.setattr(rospy, 'logwarn', lambda text, *values: lines.append(text % values))
+def test_a_warning_is_formatted_and_counts_as_logged(clock, logged):
     throttled = WallThrottle(PERIOD)
     for clock.now in (0.0, 9.9, 10.0):
         throttled.warn('late', '%g s late', clock.now)
-    assert lines == ['0 s late', '10 s late']
+    assert logged == ['0 s late', '10 s late']
