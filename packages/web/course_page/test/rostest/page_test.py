@@ -99,7 +99,7 @@ class PageCase(unittest.TestCase):
 
     def text(self, selector):
         """Return the text of the first element; '' if there is none."""
-        return next((one.text for one in self.page.find(selector)), '')
+        return next((element.text for element in self.page.find(selector)), '')
 
     def show(self, panel, width=1280, height=800, touch=False):
         """Show a panel in a page that is loaded anew."""
@@ -136,6 +136,12 @@ class PageTest(PageCase, SimulatorCase):
         """Show the panel of turtlesim once it has the pose of turtle1."""
         self.show('turtle', **options)
         self.page.until(lambda: re.match(r'\d', self.text('.pose dd')), 'a pose')
+
+    def publish_camera(self):
+        """Publish an image of the Robotont's camera, latched until the end of the test."""
+        image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
+        self.addCleanup(image.unregister)
+        image.publish(Image(width=64, height=36, step=192, encoding='rgb8', data=bytes(64 * 36 * 3)))
 
     def velocities(self):
         """Return the Collected velocities for turtle1."""
@@ -285,9 +291,7 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: '500 x 500 pixels' in self.text('#panel'), 'a picture')
         self.driver()(x=2.0, turn=1.0)
         self.page.until(lambda: 'It has not changed' not in self.text('#panel'), 'the next pictures')
-        image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
-        self.addCleanup(image.unregister)
-        image.publish(Image(width=64, height=36, step=192, encoding='rgb8', data=bytes(64 * 36 * 3)))
+        self.publish_camera()
         self.show('robot')
         self.page.until(lambda: self.page.evaluate('document.querySelector(".camera img")?.naturalWidth'), 'the camera')
 
@@ -334,9 +338,7 @@ class PageTest(PageCase, SimulatorCase):
 
     @nightly
     def test_picture_and_controls_are_on_one_screen(self):
-        image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
-        self.addCleanup(image.unregister)
-        image.publish(Image(width=64, height=36, step=192, encoding='rgb8', data=bytes(64 * 36 * 3)))
+        self.publish_camera()
         wanted = {'turtle': ['.arena', '[aria-label=Forward]', '.stop'],
                   'robot': ['.map', '.camera img', '.joystick', '.joystick + .joystick']}
         for panel, elements in wanted.items():

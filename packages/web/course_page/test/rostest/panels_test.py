@@ -89,9 +89,10 @@ class PanelsTest(SimulatorCase):
 
     def field(self, label):
         """Return the visible input with this label."""
-        return self.browser.until(lambda: next((one for one in self.browser.find('main label') if one.is_displayed()
-                                                and one.text.strip().startswith(label)), None),
-                                  f'the field {label}').find_element('css selector', 'input, select, textarea')
+        def found():
+            return next((field for field in self.browser.find('main label')
+                         if field.is_displayed() and field.text.strip().startswith(label)), None)
+        return self.browser.until(found, f'the field {label}').find_element('css selector', 'input, select, textarea')
 
     def fill(self, label, text):
         field = self.field(label)
@@ -102,12 +103,26 @@ class PanelsTest(SimulatorCase):
     def press(self, label, within='main'):
         """Press the visible button with this text or label."""
         def button():
-            return next((one for one in self.browser.find(f'{within} button, {within} summary') if one.is_displayed()
-                         and label in (one.text.strip(), one.get_attribute('aria-label'))), None)
+            return next((found for found in self.browser.find(f'{within} button, {within} summary')
+                         if found.is_displayed() and label in (found.text.strip(), found.get_attribute('aria-label'))),
+                        None)
         self.browser.until(button, f'the button {label}').click()
 
     def subscribers(self, topic):
         return dict(rosgraph.Master('/test').getSystemState()[1]).get(topic, [])
+
+    def publisher(self, topic, kind, *messages, queue_size=1):
+        """Return a publisher that ends with the test; what it publishes at once is latched."""
+        publisher = rospy.Publisher(topic, kind, latch=bool(messages), queue_size=queue_size)
+        self.addCleanup(publisher.unregister)
+        for message in messages:
+            publisher.publish(message)
+        return publisher
+
+    def collected(self, topic, kind):
+        collected = Collected(topic, kind)
+        self.addCleanup(collected.subscriber.unregister)
+        return collected
 
     # Each panel
 
@@ -174,8 +189,8 @@ class PanelsTest(SimulatorCase):
     def test_a_topic_shows_its_values_until_its_panel_is_left(self):
         self.open('topics')
         self.fill('Filter', 'turtle1 pose')
-        self.browser.until(lambda: [one for one in self.browser.find('.row-head') if one.is_displayed()
-                                    and '/turtle1/pose' in one.text], 'the topic')[0].click()
+        self.browser.until(lambda: [row for row in self.browser.find('.row-head') if row.is_displayed()
+                                    and '/turtle1/pose' in row.text], 'the topic')[0].click()
         self.until_text('linear_velocity', '5.544445', 'Hz', 'kB/s', '/turtlesim')
         self.assertIn('/browser', self.subscribers('/turtle1/pose'))
         self.assertIn('open=%2Fturtle1%2Fpose', self.browser.driver.current_url)
@@ -183,9 +198,7 @@ class PanelsTest(SimulatorCase):
         until(lambda: '/browser' not in self.subscribers('/turtle1/pose'), 'the end of the subscription')
 
     def test_a_message_is_published_by_a_form_and_the_turtle_stops_at_the_end(self):
-        got = []
-        subscriber = rospy.Subscriber('/turtle1/cmd_vel', Twist, got.append)
-        self.addCleanup(subscriber.unregister)
+        velocities = self.collected('/turtle1/cmd_vel', Twist)
         self.open('topics?open=/turtle1/cmd_vel')
         self.press('Publish on this topic')
         for field in ('x', 'Times a second'):
@@ -197,16 +210,13 @@ class PanelsTest(SimulatorCase):
         self.until_text('"fast" is not a number')
         self.fill('x', '1.5')
         self.press('Publish repeatedly')
-        until(lambda: len(got) > 5, 'several messages')
-        self.assertEqual(1.5, got[0].linear.x)
+        self.assertEqual(1.5, velocities.some(0, 5)[0].linear.x)
         self.until_text('rostopic pub -r 20 /turtle1/cmd_vel geometry_msgs/Twist')
         self.browser.evaluate('location.hash = "#/nodes"')
-        until(lambda: got[-1] == Twist(), 'a velocity of zero after the panel was left')
+        until(lambda: velocities.messages[-1] == Twist(), 'a velocity of zero after the panel was left')
 
     def test_a_hostile_message_is_only_a_text(self):
-        publisher = rospy.Publisher('/hostile', String, latch=True, queue_size=1)
-        self.addCleanup(publisher.unregister)
-        publisher.publish(HOSTILE * 10000)
+        self.publisher('/hostile', String, HOSTILE * 10000)
         self.open('topics?open=/hostile')
         self.until_text('<img src=x onerror=', '\\u202e\\u0007</script>')
         self.assertLess(len(self.text()), 5000)
@@ -222,12 +232,7 @@ class PanelsTest(SimulatorCase):
         self.press('Remove /turtle1/pose/speed')
         self.until_text('5.544445')
         self.browser.until(lambda: self.browser.find('.charts canvas'), 'the plot')
-        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
-        self.addCleanup(publisher.unregister)
-        until(publisher.get_num_connections, 'turtlesim')
-        command = Twist()
-        command.linear.x = 1.0
-        publisher.publish(command)
+        self.driver()(x=1.0)
         self.browser.until(lambda: float(self.browser.find('.legend td:nth-child(4)')[0].text) > 6, 'the turtle drives')
         self.press('Pause')
         self.press('CSV')
@@ -246,8 +251,7 @@ class PanelsTest(SimulatorCase):
         self.open('graph')
         self.browser.until(lambda: '/turtlesim' in self.drawn(), 'turtlesim in the graph')
         self.assertNotIn('/browser', self.drawn())
-        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
-        self.addCleanup(publisher.unregister)
+        self.publisher('/turtle1/cmd_vel', Twist)
         self.browser.until(lambda: rospy.get_name() in self.drawn(), 'this node in the graph')
         self.press('The graph as a table')
         self.until_text('/turtle1/cmd_vel')
@@ -257,8 +261,7 @@ class PanelsTest(SimulatorCase):
     def test_the_whole_graph_is_in_its_frame_at_first(self):
         """Also with topics as a camera has them; on a phone, unless it could not be read then."""
         for name in ('/camera/color/image_raw', '/camera/aligned_depth/camera_info', '/turtle1/another_topic'):
-            publisher = rospy.Publisher(name, String, queue_size=1)
-            self.addCleanup(publisher.unregister)
+            self.publisher(name, String)
         self.addCleanup(self.browser.resize, 1280, 800)
         self.browser.resize(1440, 900)
         self.open('graph')
@@ -294,7 +297,7 @@ class PanelsTest(SimulatorCase):
         until(lambda: rospy.get_param('/example', None) == [1, 2.5, 'a'], 'the parameter')
         rospy.set_param('/example', HOSTILE.replace('\x07', ''))
         self.until_text('<img src=x', '\\u202e')
-        self.browser.until(lambda: [one for one in self.browser.find('.row-head') if '/example' in one.text],
+        self.browser.until(lambda: [row for row in self.browser.find('.row-head') if '/example' in row.text],
                            'its row')[0].click()
         self.press('Delete')
         self.assertTrue(rospy.has_param('/example'))
@@ -305,13 +308,9 @@ class PanelsTest(SimulatorCase):
         grid = OccupancyGrid(data=[0] * 100 * 100)
         grid.header.frame_id, grid.info.origin.orientation.w = 'map', 1.0
         grid.info.resolution, grid.info.width, grid.info.height = 0.05, 100, 100  # 5 m x 5 m, its middle at 2.5, 2.5
-        latched = rospy.Publisher('/map', OccupancyGrid, latch=True, queue_size=1)
-        self.addCleanup(latched.unregister)
-        latched.publish(grid)
-        goals = Collected('/move_base_simple/goal', PoseStamped)
-        estimates = Collected('/initialpose', PoseWithCovarianceStamped)
-        for one in (goals, estimates):
-            self.addCleanup(one.subscriber.unregister)
+        self.publisher('/map', OccupancyGrid, grid)
+        goals = self.collected('/move_base_simple/goal', PoseStamped)
+        estimates = self.collected('/initialpose', PoseWithCovarianceStamped)
         self.open('map')
         self.browser.until(lambda: 'There is no map yet' not in self.text(), 'the map')
         for button, collected in (('2D Nav Goal', goals), ('2D Pose Estimate', estimates)):
@@ -327,8 +326,7 @@ class PanelsTest(SimulatorCase):
         self.assertEqual([0.25, 0.25, 0.0685], [estimates.messages[0].pose.covariance[at] for at in (0, 7, 35)])
 
     def test_log_messages_are_filtered_and_counted(self):
-        log = rospy.Publisher('/rosout_agg', Log, queue_size=100)
-        self.addCleanup(log.unregister)
+        log = self.publisher('/rosout_agg', Log, queue_size=100)
         until(log.get_num_connections, 'the server, which keeps what was logged before')
         log.publish(Log(level=Log.INFO, name='/talker', msg='before the console'))
         self.open('console')
@@ -364,28 +362,24 @@ class PanelsTest(SimulatorCase):
 
     def test_a_window_of_cv2_gets_keys_mouse_and_trackbars(self):
         """The topics of rospy_support's cv2_windows.py; here the test is the program."""
-        got = {name: [] for name in ('key', 'mouse', 'trackbar/Low_H')}
-        for (name, messages), kind in zip(got.items(), (String, Point, Int32)):
-            subscriber = rospy.Subscriber(f'/cv_window/w/{name}', kind, messages.append)
-            self.addCleanup(subscriber.unregister)
-        image = rospy.Publisher('/cv_window/w', Image, latch=True, queue_size=1)
-        trackbars = rospy.Publisher('/cv_window/w/trackbars', String, latch=True, queue_size=1)
-        self.addCleanup(image.unregister)
-        self.addCleanup(trackbars.unregister)
+        keys, mouse, low_h = (self.collected(f'/cv_window/w/{name}', kind).messages for name, kind in (
+            ('key', String), ('mouse', Point), ('trackbar/Low_H', Int32)))
+        image = self.publisher('/cv_window/w', Image)
+        trackbars = self.publisher(
+            '/cv_window/w/trackbars', String, '[{"name": "Low H", "value": 7, "least": 0, "most": 179}]')
         picture = Image(height=30, width=40, encoding='mono8', step=40, data=bytes(1200))
         self.addCleanup(rospy.Timer(rospy.Duration(0.5), lambda _: image.publish(picture)).shutdown)
-        trackbars.publish('[{"name": "Low H", "value": 7, "least": 0, "most": 179}]')
         self.open('image?topic=/cv_window/w')
         self.until_text('40 x 30 pixels', 'Low H', '7', 'the keys that you type')
         self.browser.driver.find_element('tag name', 'body').send_keys('q')
-        until(lambda: [message.data for message in got['key']] == ['q'], 'the key')
+        until(lambda: [message.data for message in keys] == ['q'], 'the key')
         self.browser.find('.image-box img')[0].click()
-        until(lambda: {message.z for message in got['mouse']} >= {1.0, 4.0}, 'the mouse, pressed and released')
-        pressed = next(message for message in got['mouse'] if message.z == 1.0)
+        until(lambda: {message.z for message in mouse} >= {1.0, 4.0}, 'the mouse, pressed and released')
+        pressed = next(message for message in mouse if message.z == 1.0)
         self.assertLess(abs(pressed.x - 20) + abs(pressed.y - 15), 3)  # [px] from the middle
         self.browser.find('main input[type=range]')[0].send_keys(ARROW_RIGHT)
-        until(lambda: [message.data for message in got['trackbar/Low_H']] == [8], 'the trackbar')
-        self.assertEqual(1, len(got['key']), 'keys for the trackbar are not keys for the program')
+        until(lambda: [message.data for message in low_h] == [8], 'the trackbar')
+        self.assertEqual(1, len(keys), 'keys for the trackbar are not keys for the program')
         trackbars.publish('no JSON')
         self.browser.until(lambda: not self.browser.find('main input[type=range]'), 'no trackbar')
 
@@ -396,9 +390,7 @@ class PanelsTest(SimulatorCase):
         self.addCleanup(tracker.shutdown)
         self.open('markers')
         self.until_text('No tracker runs', 'roslaunch turtle_robotont ar_control.launch')
-        drawn = rospy.Publisher('/tracker/explained_image', Image, latch=True, queue_size=1)
-        self.addCleanup(drawn.unregister)
-        drawn.publish(images.to_image(np.full((48, 64, 3), 128, np.uint8)))
+        self.publisher('/tracker/explained_image', Image, images.to_image(np.full((48, 64, 3), 128, np.uint8)))
         self.press("Explain the camera's image")
         self.until_text('1: its sides are faint <img src=x', 'rosservice call /tracker/explain')
         self.until_picture(64, 48)
@@ -424,8 +416,7 @@ class PanelsTest(SimulatorCase):
     def test_a_course_step_is_marked_when_it_is_seen(self):
         self.open('course?step=1')
         self.until_text(f'0 of {len(STEPS)} steps done', 'rosrun topic_demo publish_circle.py')
-        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
-        self.addCleanup(publisher.unregister)
+        self.publisher('/turtle1/cmd_vel', Twist)
         first, second = (self.browser.find(f'[aria-label="Step {number} is done"]')[0] for number in (1, 2))
         self.browser.until(first.is_selected, 'step 1 is marked')
         self.assertFalse(second.is_selected())
@@ -490,18 +481,21 @@ class PanelsTest(SimulatorCase):
         self.open('turtle')
         for panel in ('Plot', 'Graph', 'Nodes'):
             Select(self.browser.find('.beside-choice')[0]).select_by_visible_text(panel)
-            self.browser.until(lambda panel=panel: panel in [one.text for one in self.browser.find('aside h1')], panel)
+            self.browser.until(lambda panel=panel: panel in self.beside(), panel)
         self.fill('Field', '/turtle1/pose/x\n')
         self.until_text('5.544445')
         self.browser.find('.layouts summary')[0].click()
         self.browser.find('.layouts input')[0].send_keys('mine\n')
         self.press('Close Graph')
-        self.browser.until(lambda: 'Graph' not in [one.text for one in self.browser.find('aside h1')], 'it closes')
+        self.browser.until(lambda: 'Graph' not in self.beside(), 'it closes')
         self.open('topics')
         self.browser.find('.layouts summary')[0].click()
-        self.browser.until(lambda: [one for one in self.browser.find('.layouts a') if one.text == 'mine'],
+        self.browser.until(lambda: [link for link in self.browser.find('.layouts a') if link.text == 'mine'],
                            'the layout')[0].click()
         self.until_text('Turtle', 'Plot', 'Graph', 'Nodes', '5.544445')
+
+    def beside(self):
+        return [heading.text for heading in self.browser.find('aside h1')]
 
     # rqt's programs
 
