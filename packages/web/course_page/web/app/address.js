@@ -18,7 +18,7 @@ export function addressOf(id, parameters = {}) {
 
 // Return the ids of the panels beside `id`.
 export function besideOf(id, parameters) {
-  const listed = (parameters.beside ?? '').split(',').filter((one) => one && one !== id);
+  const listed = (parameters.beside ?? '').split(',').filter((panel) => panel && panel !== id);
   return [...new Set(listed)].slice(0, MOST_BESIDE);
 }
 

@@ -85,7 +85,7 @@ export class Driver {
 
   get held() {
     const sum = {x: 0, y: 0, turn: 0};
-    for (const one of this._held.values()) for (const key of Object.keys(sum)) sum[key] += one[key];
+    for (const input of this._held.values()) for (const key of Object.keys(sum)) sum[key] += input[key];
     for (const key of Object.keys(sum)) sum[key] = Math.max(-1, Math.min(1, sum[key]));
     return sum;
   }
@@ -180,7 +180,7 @@ function driveByKeys(driver, {sideways = false} = {}) {
 function driveByGamepad(driver, {sideways = false} = {}) {
   let held = false;
   const poll = () => {
-    const pad = document.hasFocus() ? [...navigator.getGamepads()].find((one) => one?.connected) : null;
+    const pad = document.hasFocus() ? [...navigator.getGamepads()].find((gamepad) => gamepad?.connected) : null;
     const input = pad ? gamepadInput(pad, sideways) : null;
     if (pad && pad.buttons[1]?.pressed) driver.halt();
     if (input) driver.hold('gamepad', input);

@@ -154,10 +154,10 @@ export class Ros {
 
   _ask(name, topic) {
     const listeners = [...topic.listeners];
-    const rate = listeners.some((one) => !one.rate) ? 0 : Math.max(...listeners.map((one) => one.rate));
+    const rate = listeners.some((listener) => !listener.rate) ? 0 : Math.max(...listeners.map((listener) => listener.rate));
     const operation = {
       op: 'subscribe', id: `page:${name}`, topic: name, throttle_rate: rate ? Math.round(1000 / rate) : 0,
-      queue_length: Math.max(...listeners.map((one) => one.length)), compression: listeners[0].compression,
+      queue_length: Math.max(...listeners.map(({length}) => length)), compression: listeners[0].compression,
       ...(topic.type ? {type: topic.type} : {}),
     };
     const frame = JSON.stringify(operation);

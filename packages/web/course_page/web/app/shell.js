@@ -38,13 +38,13 @@ export function announce(text) {
 // Show a short message for a while; `level`: error, warning or info.
 export function toast(text, level = 'info') {
   const toasts = find('toasts');
-  const same = [...toasts.children].find((one) => one.firstChild.textContent === text);
+  const same = [...toasts.children].find((other) => other.firstChild.textContent === text);
   same?.remove();
-  const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => one.remove()}}, icon(CROSS));
-  const one = el('div', {class: `toast ${level}`}, el('span', {}, text), close);
-  toasts.append(one);
+  const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => message.remove()}}, icon(CROSS));
+  const message = el('div', {class: `toast ${level}`}, el('span', {}, text), close);
+  toasts.append(message);
   while (toasts.children.length > MAX_TOASTS) toasts.firstChild.remove();
-  setTimeout(() => one.remove(), TOAST_TIME);
+  setTimeout(() => message.remove(), TOAST_TIME);
 }
 
 class Shell {
@@ -138,7 +138,7 @@ class Shell {
         location.hash = addressOf(id || panel.id, {...ownParameters(parameters), ...besideParameters(parameters, others)});
       }},
     }, el('option', {value: ''}, 'Beside …'),
-    PANELS.filter((one) => one !== panel).map((one) => el('option', {value: one.id}, one.title)));
+    PANELS.filter((other) => other !== panel).map(({id, title}) => el('option', {value: id}, title)));
     return choice;
   }
 
@@ -212,7 +212,7 @@ function helpOf({title}, texts) {
 function closeBeside(panel) {
   return el('button', {class: 'plain', type: 'button', 'aria-label': `Close ${panel.title}`, on: {click: () => {
     const {id, parameters} = parseAddress(location.hash);
-    const others = besideOf(id, parameters).filter((one) => one !== panel.id);
+    const others = besideOf(id, parameters).filter((other) => other !== panel.id);
     location.hash = addressOf(id, {...ownParameters(parameters), ...besideParameters(parameters, others)});
   }}}, icon(CROSS));
 }

@@ -35,7 +35,7 @@ export default class ConsolePanel extends Panel {
     this._follow = button('Newest', () => this._toEnd(), {class: 'primary follow', hidden: true});
     this._drawn = [];
     fill(element, el('div', {class: 'toolbar'}, el('fieldset', {class: 'row plain-set'}, el('legend', {class: 'unseen'}, 'Levels'),
-      [...this._levels.values()].map((one) => one.element)), this._node.element, nodes, this._text.element,
+      [...this._levels.values()].map(({element: check}) => check)), this._node.element, nodes, this._text.element,
     el('div', {class: 'row'}, this._pause, button('Clear', () => {
       this._log.clear();
       this._filterChanged();

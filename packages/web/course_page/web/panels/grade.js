@@ -149,7 +149,7 @@ export function verdictOf({result}) {
 
 // Return the name of a program, and its folder as seen from one of the folders, with that one's name if there are several.
 export function shortPath(path, folders) {
-  const folder = folders.filter((one) => path.startsWith(`${one}/`)).sort((a, b) => b.length - a.length)[0];
+  const folder = folders.filter((candidate) => path.startsWith(`${candidate}/`)).sort((a, b) => b.length - a.length)[0];
   if (!folder) return path;
   const parts = path.slice(folder.length + 1).split('/');
   const name = parts.pop();

@@ -230,7 +230,7 @@ export default class GraphPanel extends Panel {
     for (const {from, to, element} of this._lines) {
       const touches = this._chosen && (from === this._chosen || to === this._chosen);
       element.classList.toggle('chosen', Boolean(touches));
-      if (touches) [from, to].forEach((one) => near.add(one));
+      if (touches) [from, to].forEach((end) => near.add(end));
     }
     const active = this._shapes.has(this._chosen);
     for (const [key, element] of this._shapes) {
@@ -319,5 +319,5 @@ export function layOut({nodes, topics, edges}, widthOf, down = false) {
 // Return the drawing that appears largest in a frame; null if there is none.
 export function largest(drawings, width, height) {
   const scale = (drawing) => Math.min((width || 1) / drawing.width, (height || 1) / drawing.height);
-  return drawings.filter(Boolean).reduce((best, one) => (best && scale(best) >= scale(one) ? best : one), null);
+  return drawings.filter(Boolean).reduce((best, other) => (best && scale(best) >= scale(other) ? best : other), null);
 }

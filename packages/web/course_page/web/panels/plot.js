@@ -100,19 +100,19 @@ export default class PlotPanel extends Panel {
   }
 
   _add(text) {
-    const texts = expand(text).filter((one) => !this._fields.some((field) => field.text === one));
+    const texts = expand(text).filter((name) => !this._fields.some((field) => field.text === name));
     if (!texts.length) {
       this._notice.say(text.trim() ? 'This field is shown already.' : 'Type a field first, such as /turtle1/pose/x.', true);
       this._input.input.focus();
       return;
     }
     this._notice.say('');
-    for (const one of texts) {
+    for (const name of texts) {
       if (this._fields.length >= MAX_FIELDS) {
         this._notice.say(`${MAX_FIELDS} fields are shown already. Remove one first.`, true);
         break;
       }
-      this._fields.push({text: one, colour: this._free()});
+      this._fields.push({text: name, colour: this._free()});
     }
     this._input.input.value = '';
     this._list();
@@ -151,7 +151,7 @@ export default class PlotPanel extends Panel {
     const index = this._fields.indexOf(field);
     if (index < 0 || this.scope.ended) return;
     this._fields.splice(index, 1);
-    const few = paths.filter((path) => !this._fields.some((one) => one.text === `${found.topic}/${path}`))
+    const few = paths.filter((path) => !this._fields.some((other) => other.text === `${found.topic}/${path}`))
       .slice(0, MAX_FIELDS - this._fields.length);
     few.forEach((path, i) => {
       this._fields.splice(index + i, 0, {text: `${found.topic}/${path}`, colour: i ? this._free() : field.colour,
@@ -174,7 +174,7 @@ export default class PlotPanel extends Panel {
   }
 
   _remove(field) {
-    this._fields = this._fields.filter((one) => one !== field);
+    this._fields = this._fields.filter((other) => other !== field);
     const topic = this._topics.get(field.topic);
     if (topic) {
       topic.samples.remove(field.path);

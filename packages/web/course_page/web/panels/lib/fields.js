@@ -3,12 +3,12 @@ import {parsePath} from './values.js';
 
 // Return the single fields in a text.
 export function expand(text) {
-  return text.split(/[\s,]+/).filter(Boolean).flatMap((one) => {
-    const [first, ...others] = one.replace(/\/+/g, '/').split(':');
+  return text.split(/[\s,]+/).filter(Boolean).flatMap((typed) => {
+    const [first, ...others] = typed.replace(/\/+/g, '/').split(':');
     const path = first.startsWith('/') ? first : `/${first}`;
     const folder = path.slice(0, path.lastIndexOf('/') + 1);
     return [path, ...others.filter(Boolean).map((name) => (name.startsWith('/') ? name : folder + name))]
-      .map((each) => each.replace(/(.)\/$/, '$1'));
+      .map((field) => field.replace(/(.)\/$/, '$1'));
   });
 }
 
@@ -32,7 +32,7 @@ export function numbersAt(types, path) {
     return all;
   }
   if (isNumber(types, parts)) return [path];
-  const below = all.filter((one) => one.startsWith(`${path}/`) || one.startsWith(`${path}[`));
+  const below = all.filter((number) => number.startsWith(`${path}/`) || number.startsWith(`${path}[`));
   if (below.length) return below;
   throw new Error(`${types.root} has no number "${path}". It has ${all.slice(0, 12).join(', ')}`
                   + `${all.length > 12 ? ` and ${all.length - 12} more` : ''}.`);

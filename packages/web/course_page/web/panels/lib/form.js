@@ -115,7 +115,7 @@ export class Form {
       return this._types.isPrimitive(type) && type !== 'time' && type !== 'duration'
         ? this._line(name, `${type}[${array || ''}]`, array ? Array(array).fill(zero(type)).join(', ') : '',
                      (text) => parseArray(text, type, array),
-                     (value) => (Array.from(value).map((one) => (type === 'string' ? JSON.stringify(one) : one))).join(', '),
+                     (value) => (Array.from(value).map((element) => (type === 'string' ? JSON.stringify(element) : element))).join(', '),
                      array ? `${array} values, with commas between them` : 'Values with commas between them; may be empty')
         : this._list(field, depth);
     }

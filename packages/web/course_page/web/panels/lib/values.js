@@ -85,7 +85,7 @@ function shortArray(value, type) {
   if (count === 0) return 'empty';
   const plain = value[0] === null || typeof value[0] !== 'object';
   if (!plain) return `${count} ${count === 1 ? 'element' : 'elements'}`;
-  const first = Array.from(value.slice(0, ELEMENTS), (one) => short(one, type)).join(', ');
+  const first = Array.from(value.slice(0, ELEMENTS), (element) => short(element, type)).join(', ');
   return count > ELEMENTS ? `[${first}, …] ${count} elements` : `[${first}]`;
 }
 
@@ -96,7 +96,7 @@ export function sizeOf(value, type, array, types) {
     const head = array === 0 ? LENGTH : 0;
     if (type in SIZES) return head + count * SIZES[type];
     let size = head;
-    for (const one of elements(value, type)) size += sizeOf(one, type, null, types);
+    for (const element of elements(value, type)) size += sizeOf(element, type, null, types);
     return size;
   }
   if (type in SIZES) return SIZES[type];
