@@ -140,25 +140,6 @@ def test_topics_that_are_removed_together_are_gone_through_once(monkeypatch):
     assert len(calls) == 1
 
 
-def test_topics_may_come_and_go_while_rospy_looks_at_all_of_them():
-    ended, failures = threading.Event(), []
-
-    def look():
-        while not ended.is_set():
-            try:
-                collecting.get_topic_manager().check_all()
-            except Exception as error:
-                failures.append(error)
-    thread = threading.Thread(target=look)
-    thread.start()
-    for _ in range(100):
-        made, _ = collected(lambda: things('c'))
-        remove(made)
-    ended.set()
-    thread.join()
-    assert failures == []
-
-
 def test_publishers_are_passed_on_and_statistics_begin_where_they_are_wanted(fake, master, monkeypatch):
     told = []
     monkeypatch.setattr(collecting, 'new_publishers', lambda topic, uris: told.append((topic, list(uris))))

@@ -54,11 +54,6 @@ def test_another_error_is_told_at_once_and_the_same_one_later_again(errors, monk
     assert len(errors) == 3
 
 
-def test_what_a_function_returns_is_returned(errors):
-    assert threads.guarded(lambda a, b: a + b)(1, 2) == 3
-    assert errors == []
-
-
 def test_an_error_of_a_node_that_shuts_down_is_not_told(errors, monkeypatch):
     monkeypatch.setattr(rospy_internals, 'shutting_down', lambda: True)
     thread = threads.keep_running('worker', failing(1, lambda: pytest.fail('begun anew')))
