@@ -105,44 +105,41 @@ SHOW = {'do': 'markers', 'for': '3 s'}
 MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
 
 
+def check(name, **keys):
+    """Return the key of an exercise with one check."""
+    return {'checks': [{'check': name, 'points': 100, **keys}]}
+
+
 @pytest.mark.parametrize('changes, said', [
-    ({'checks': [{'check': 'stops', 'points': 100}]}, 'check 1 (stops) lacks the key x or y: where to stop'),
-    ({'checks': [{'check': 'answers', 'service': '/t', 'points': 100}], 'stimuli': [CALL]},
+    (check('stops'), 'check 1 (stops) lacks the key x or y: where to stop'),
+    ({**check('answers', service='/t'), 'stimuli': [CALL]},
      'check 1 (answers) needs a stimulus {do: call, service: /t, ...}: nobody calls that service'),
-    ({'checks': [{'check': 'prints_markers', 'what': 'id', 'points': 100}]},
-     'check 1 (prints_markers) needs a stimulus'),
-    ({'checks': [{'check': 'prints_no_marker', 'points': 100}], 'stimuli': [{**SHOW, 'rate': '0.5 Hz'}]},
+    (check('prints_markers', what='id'), 'check 1 (prints_markers) needs a stimulus'),
+    ({**check('prints_no_marker'), 'stimuli': [{**SHOW, 'rate': '0.5 Hz'}]},
      'check 1 (prints_no_marker) needs a stimulus {do: markers, ...} of two messages'),  # 3 s * 0.5 Hz
-    ({'checks': [{'check': 'positions', 'count': 4, 'points': 100}]},
-     'check 1 (positions) needs the line: allows: [teleport]'),
-    ({'checks': [{'check': 'pen', 'colour': [0, 0, 0], 'points': 100}], 'simulator': 'robotont'},
-     'check 1 (pen) needs simulator: turtlesim'),
-    ({'checks': [{'check': 'same_path', 'points': 100}]}, 'check 1 (same_path) needs the key solution: a program to '
+    (check('positions', count=4), 'check 1 (positions) needs the line: allows: [teleport]'),
+    ({**check('pen', colour=[0, 0, 0]), 'simulator': 'robotont'}, 'check 1 (pen) needs simulator: turtlesim'),
+    (check('same_path'), 'check 1 (same_path) needs the key solution: a program to '
      'compare with'),
     ({'solution': 'pass'}, 'solution is for the check same_path, and checks has none'),
-    ({'checks': [{'check': 'passes', 'x': '5 m', 'points': 100}]}, 'check 1 (passes) needs either x and y, or through'),
-    ({'checks': [{'check': 'draws', 'shape': 'line', 'points': 100}]}, 'check 1 (draws) needs the key through'),
-    ({'checks': [{'check': 'passes', 'through': [['5 m']], 'points': 100}]},
+    (check('passes', x='5 m'), 'check 1 (passes) needs either x and y, or through'),
+    (check('draws', shape='line'), 'check 1 (draws) needs the key through'),
+    (check('passes', through=[['5 m']]),
      "check 1 (passes): through: ['5 m'] must be a point with x and y, such as [2 m, 3 m]"),
     ({'starts': 6}, 'starts is 6; it must be 1 to 5'), ({'starts': 0}, 'the exercise: starts: 0 must be above 0'),
     ({'stimuli': [{'do': 'drive', 'after': '8 s', 'for': '3 s'}]},
      'stimulus 1 (drive) lasts until 11 s, longer than the time of the exercise, 10 s'),
     ({'stimuli': [{**CALL, 'after': '10 s'}]}, 'stimulus 1 (call) lasts until 10 s'),
     ({'stimuli': [{'do': 'drive', 'for': '3 s'}], 'simulator': 'robotont'}, 'stimulus 1 (drive) needs simulator'),
-    ({'checks': [{'check': 'connects', 'topic': 'turtle1/pose', 'role': 'publishes', 'points': 100}]},
+    (check('connects', topic='turtle1/pose', role='publishes'),
      "check 1 (connects): topic: 'turtle1/pose' must be a full name, such as /turtle1/pose"),
     ({'stimuli': [{**CALL, 'type': 'turtlesim.srv.Go'}]}, "stimulus 1 (call): type: 'turtlesim.srv.Go' must be a"),
-    ({'checks': [{'check': 'moves', 'length': '-2 m', 'points': 100}]},
-     "check 1 (moves): length: '-2 m' must be above 0"),
-    ({'checks': [{'check': 'stops', 'x': '5 m', 'rest': '-1 s', 'points': 100}]},
-     "check 1 (stops): rest: '-1 s' must be at least 0"),
-    ({'checks': [{'check': 'prints_poses', 'share': '120 %', 'points': 100}]},
-     "check 1 (prints_poses): share: '120 %' must be at most 100 %"),
-    ({'checks': [{'check': 'prints_poses', 'fields': 4, 'points': 100}]},
-     'check 1 (prints_poses): fields: 4 must be one of 2, 3'),
-    ({'checks': [{'check': 'prints', 'pattern': 'x', 'times': 0, 'points': 100}]},
-     'check 1 (prints): times: 0 must be above 0'),
-    ({'checks': [{'check': 'moves', 'lenght': '2 m', 'length': '2 m', 'points': 100}]},
+    (check('moves', length='-2 m'), "check 1 (moves): length: '-2 m' must be above 0"),
+    (check('stops', x='5 m', rest='-1 s'), "check 1 (stops): rest: '-1 s' must be at least 0"),
+    (check('prints_poses', share='120 %'), "check 1 (prints_poses): share: '120 %' must be at most 100 %"),
+    (check('prints_poses', fields=4), 'check 1 (prints_poses): fields: 4 must be one of 2, 3'),
+    (check('prints', pattern='x', times=0), 'check 1 (prints): times: 0 must be above 0'),
+    (check('moves', lenght='2 m', length='2 m'),
      "check 1 (moves) has an unknown key 'lenght'; it may have length. Did you mean length?"),
     ({'simulator': 'robotont', 'beside': ['ampl']},
      "beside has 'ampl'; it may have map_server, amcl, slam_gmapping, move_base. Did you mean amcl?"),
@@ -155,13 +152,13 @@ MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
     ({'simulator': 'robotont', 'world': {'like': 'minimase'}},
      "world: like is 'minimase'; it must be one of ar, bangbang"),
     ({**MAZE, 'world': {'like': 'minimaze', 'boxes': [{'name': 'wall1'}]}}, 'world: '),
-    ({'simulator': 'robotont', 'checks': [{'check': 'maps', 'points': 100}]}, 'check 1 (maps) needs a world'),
+    ({'simulator': 'robotont', **check('maps')}, 'check 1 (maps) needs a world'),
     ({**MAZE, 'checks': [{'check': 'maps', 'of': 'file', 'points': 50},
                          {'check': 'connects', 'topic': '/scan', 'role': 'subscribes', 'points': 50}]},
      'check 2 (connects) needs a program, and a check maps with of: file has none: give it an exercise of its own'),
-    ({**MAZE, 'beside': ['amcl'], 'checks': [{'check': 'maps', 'of': 'file', 'points': 100}]},
+    ({**MAZE, 'beside': ['amcl'], **check('maps', of='file')},
      'beside needs a program, and a check maps with of: file has none'),
-    ({**MAZE, 'checks': [{'check': 'navigates', 'goals': [['1 m', '2 m']], 'points': 100}]},
+    ({**MAZE, **check('navigates', goals=[['1 m', '2 m']])},
      "check 1 (navigates): goals: ['1 m', '2 m'] must be [x, y, heading], such as [-2 m, 0.5 m, 90 deg]"),
     ({**MAZE, 'beside': ['amcl'], 'parameters': {'/move_base/controller_frequency': 5.0}},
      "parameters has '/move_base/controller_frequency'; it must begin with the name of a node in beside, such as "
@@ -176,7 +173,7 @@ MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
      "the exercise: simulator: 'turtlsim' must be one of turtlesim, robotont. Did you mean turtlesim?"),
 ])
 def test_what_no_program_could_fulfil_is_the_teachers_mistake(changes, said):
-    content = {'title': 'T', 'time': '10 s', 'checks': [{'check': 'runs', 'points': 100}], **changes}
+    content = {'title': 'T', 'time': '10 s', **check('runs'), **changes}
     with pytest.raises(exercise.ExerciseError) as error:
         exercise.parse(content)
     assert str(error.value).startswith(said)
@@ -184,7 +181,7 @@ def test_what_no_program_could_fulfil_is_the_teachers_mistake(changes, said):
 
 def test_a_world_has_the_shapes_of_the_one_that_it_is_like():
     post = {'name': 'post', 'x': 0.0, 'y': 2.0, 'radius': 0.1, 'height': 0.5}
-    loaded = exercise.parse({'title': 'T', 'time': '10 s', 'checks': [{'check': 'runs', 'points': 100}], **MAZE,
+    loaded = exercise.parse({'title': 'T', 'time': '10 s', **check('runs'), **MAZE,
                              'world': {'like': 'minimaze', 'cylinders': [post]}, 'unmapped': ['post']})
     assert loaded.world['cylinders'] == [post] and len(loaded.world['boxes']) == 16
     assert 'like' not in loaded.world and loaded.unmapped == ('post',)

@@ -151,6 +151,15 @@ def test_each_heading_is_a_start(degrees):
     assert math.cos(turtle_starts(values)[2]) == pytest.approx(math.cos(math.radians(degrees)), abs=1e-3)
 
 
+def check(name, **keys):
+    """Return the key of an exercise with one check."""
+    return {'checks': [{'check': name, 'points': 100, **keys}]}
+
+
+def stimulus(what, **keys):
+    return {'stimuli': [{'do': what, **keys}]}
+
+
 POST = {'cylinders': [{'name': 'post', 'x': 1.0, 'y': 0.0, 'radius': 0.1, 'height': 0.5}]}
 BOARD = {'name': 'board', 'marker_id': 3, 'x': 1.0, 'y': 0.0, 'yaw': 0.0}
 
@@ -181,23 +190,23 @@ BOARD = {'name': 'board', 'marker_id': 3, 'x': 1.0, 'y': 0.0, 'yaw': 0.0}
     ({**ROBOT, 'world': {'panels': [{**BOARD, 'path': [[0, 1, 0, 0], [5, 2, 0, 0]]}]},
       'stimuli': [{'do': 'move', 'after': '3 s', 'panel': 'board', 'to': ['1 m', '2 m', '0 deg']}]},
      'stimulus 1 (move): the panel board moves by itself'),
-    ({**BASE, 'checks': [{'check': 'stops', 'x': '12 m', 'points': 100}]},
+    ({**BASE, **check('stops', x='12 m')},
      'check 1 (stops): x is 12 m; the window of turtlesim has 0 to 11.0889 m'),
-    ({**BASE, 'checks': [{'check': 'passes', 'through': [['1 m', '2 m'], ['-1 m', '2 m']], 'points': 100}]},
+    ({**BASE, **check('passes', through=[['1 m', '2 m'], ['-1 m', '2 m']])},
      'check 1 (passes): x is -1 m; the window'),
-    ({**BASE, 'checks': [{'check': 'draws', 'shape': 'square', 'size': 'at least 12 m', 'points': 100}]},
+    ({**BASE, **check('draws', shape='square', size='at least 12 m')},
      'check 1 (draws): size is at least 12 m; the window'),
-    ({**BASE, 'checks': [{'check': 'commands', 'rate': 'at least 100 Hz', 'points': 100}]},
+    ({**BASE, **check('commands', rate='at least 100 Hz')},
      'check 1 (commands): rate is at least 100 Hz; the simulator counts one in each of its steps, at most 62.5 Hz'),
-    ({**ROBOT, 'checks': [{'check': 'commands', 'linear': 'at least 11 m/s', 'points': 100}]},
+    ({**ROBOT, **check('commands', linear='at least 11 m/s')},
      'check 1 (commands): linear is at least 11 m/s; the simulator takes -10 to 10 m/s'),
-    ({**BASE, 'checks': [{'check': 'follows', 'turtle': 'my turtle', 'points': 100}]},
+    ({**BASE, **check('follows', turtle='my turtle')},
      "check 1 (follows): turtle is 'my turtle'; a name starts with a letter"),
-    ({**BASE, 'checks': [{'check': 'spawns', 'turtle': 'turtle1', 'x': '2 m', 'y': '2 m', 'points': 100}]},
+    ({**BASE, **check('spawns', turtle='turtle1', x='2 m', y='2 m')},
      'check 1 (spawns): turtle is turtle1, which is there from the beginning'),
-    ({**BASE, 'vary': {'goal': '8 to 13 m'}, 'checks': [{'check': 'stops', 'x': '$goal', 'points': 100}]},
+    ({**BASE, 'vary': {'goal': '8 to 13 m'}, **check('stops', x='$goal')},
      'for students who get goal = 13 m: check 1 (stops): x is 13 m'),
-    ({**BASE, 'vary': {'goal': '0.001 to 0.004 m'}, 'checks': [{'check': 'moves', 'length': '$goal', 'points': 100}]},
+    ({**BASE, 'vary': {'goal': '0.001 to 0.004 m'}, **check('moves', length='$goal')},
      "vary: goal: '0.001 to 0.004 m' has only one value with 2 decimals; use a smaller unit"),
 ])
 def test_what_nothing_could_play_is_refused_when_it_is_read(content, said):
@@ -243,7 +252,7 @@ def test_whole_numbers_are_called_where_a_service_has_them():
 @given(st.text('abcdef', min_size=1), st.floats(0.1, 5.0), st.floats(0.0, 3.0))
 def test_a_value_of_a_student_lies_in_its_span(student, low, width):
     content = {**BASE, 'vary': {'goal': f'{low:.3f} to {low + width:.3f} m'},
-               'checks': [{'check': 'moves', 'length': '$goal', 'points': 100}]}
+               **check('moves', length='$goal')}
     try:
         value = exercise.parse(content, student=student).rules[0].rule.length
     except exercise.ExerciseError as error:
