@@ -103,6 +103,8 @@ def test_wrong_files_are_named_with_the_key(content, said):
 CALL = {'do': 'call', 'service': '/s', 'type': 'std_srvs/Empty', 'request': []}
 SHOW = {'do': 'markers', 'for': '3 s'}
 MAZE = {'simulator': 'robotont', 'world': {'like': 'minimaze'}}
+BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}
+DISTANCES = {'simulator': 'robotont', 'stimuli': [{'do': 'distances', 'for': '5 s'}]}
 
 
 def check(name, **keys):
@@ -115,6 +117,12 @@ def check(name, **keys):
     ({**check('answers', service='/t'), 'stimuli': [CALL]},
      'check 1 (answers) needs a stimulus {do: call, service: /t, ...}: nobody calls that service'),
     (check('prints_markers', what='id'), 'check 1 (prints_markers) needs a stimulus'),
+    (check('repeats'), 'check 1 (repeats) needs a stimulus {do: drive'),
+    (check('reaches', action='/fibonacci'), 'check 1 (reaches) needs a stimulus {do: goals, action: /fibonacci'),
+    (check('steers', command='angular.z', by='roll'), 'check 1 (steers) needs a stimulus {do: turns'),
+    (check('keeps', what='ahead', value='0.5 m'), 'check 1 (keeps) needs a stimulus {do: distances'),
+    ({**DISTANCES, **check('keeps', what='marker left', value='0 m')}, 'check 1 (keeps) needs a stimulus {do: tracker'),
+    ({**DISTANCES, 'simulator': 'turtlesim'}, 'stimulus 1 (distances) needs simulator: robotont'),
     ({**check('prints_no_marker'), 'stimuli': [{**SHOW, 'rate': '0.5 Hz'}]},
      'check 1 (prints_no_marker) needs a stimulus {do: markers, ...} of two messages'),  # 3 s * 0.5 Hz
     (check('positions', count=4), 'check 1 (positions) needs the line: allows: [teleport]'),
@@ -152,6 +160,8 @@ def check(name, **keys):
     ({'simulator': 'robotont', 'world': {'like': 'minimase'}},
      "world: like is 'minimase'; it must be one of ar, bangbang"),
     ({**MAZE, 'world': {'like': 'minimaze', 'boxes': [{'name': 'wall1'}]}}, 'world: '),
+    ({**MAZE, 'world': {'boxes': [{**BOX, 'length': -1}]}}, 'world: box: length is -1'),
+    ({**MAZE, 'world': {'balls': []}}, 'world: '), ({'world': {'boxes': [BOX]}}, 'world needs simulator: robotont'),
     ({'simulator': 'robotont', **check('maps')}, 'check 1 (maps) needs a world'),
     ({**MAZE, 'checks': [{'check': 'maps', 'of': 'file', 'points': 50},
                          {'check': 'connects', 'topic': '/scan', 'role': 'subscribes', 'points': 50}]},

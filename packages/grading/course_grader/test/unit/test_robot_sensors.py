@@ -1,11 +1,10 @@
-"""course_grader.rules.robot_sensors, and the checks of a robot's sensors."""
+"""course_grader.rules.robot_sensors: what a robot sees of a world, compared with its rendered images."""
 import math
 
 import pytest
 import yaml
 
-from course_grader.rules import exercise, robot_sensors, scoring
-from course_grader.rules.observation import Command, Observed, Sample, Sensed
+from course_grader.rules import exercise, robot_sensors
 from depthimage_to_laserscan.core import projection
 from kinematic_core.worlds import camera, world_format
 from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
@@ -17,9 +16,6 @@ from unit_support.course_files import EXERCISES
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
 MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
-ROBOT = {'title': 'T', 'time': '10 s', 'simulator': 'robotont'}
-DISTANCES, TRACKER = {'do': 'distances', 'for': '5 s'}, {'do': 'tracker', 'for': '5 s'}
-AHEAD = {'check': 'keeps', 'what': 'ahead', 'value': '0.5 m'}
 
 
 def look(x, *shapes, yaw=0.0, **kinds):
@@ -104,118 +100,9 @@ def test_a_marker_that_moves():
     assert robot_sensors.markers(plan, 5.0, Pose2D(0.0, 0.0, 0.0))[7][0] == pytest.approx(1.5 - CAMERA_X)
 
 
-def judged(observed, stimulus=DISTANCES, **check):
-    reason, = scoring.decide(exercise.parse({**ROBOT, 'stimuli': [stimulus], 'checks': [{'points': 100, **check}]}),
-                             observed).reasons
-    return reason
-
-
-def sensed(*values, what='ahead'):
-    """Return the Observed of a value [m] each second."""
-    return Observed(sensed=[Sensed(float(t), what, value) for t, value in enumerate(values)])
-
-
-@pytest.mark.parametrize('values, points, said', [
-    ((1.4, 1.4, 0.55, 0.45, 0.5, 0.5), 100, 'the distance ahead by 0.45 to 0.55 m; 100% of the time within'),
-    ((0.5, 0.5, 0.5, 0.5, 0.7, 0.8), 50, '0.50 to 0.80 m; 50%'),
-    ((0.5, 0.5, 0.5, math.nan, math.nan, math.nan), 25, '0.50 to 0.50 m; 25%'),
-    ((math.nan,) * 6, 0, 'unknown, as it is too near'),
-    ((), 0, 'the program subscribes to no sensor'),
-])
-def test_keeps(values, points, said):
-    reason = judged(sensed(*values), **AHEAD, tolerance='0.1 m', last='3 s')
-    assert reason.points == points and said in reason.seen
-
-
-@pytest.mark.parametrize('speeds, points', [
-    ((0.4, 0.2, 0.1, 0.0), 100), ((0.4, -0.2, 0.1, -0.0005, 0.0005), 100),  # below 1 mm/s it stands
-    ((0.4, -0.2, 0.1, -0.05, 0.02), 0)])
-def test_keeps_without_swinging(speeds, points):
-    observed = sensed(0.5, 0.5, 0.5)
-    observed.commands = [Command(float(t), speed, 0.0, 0.0) for t, speed in enumerate(speeds)]
-    assert judged(observed, **AHEAD, swings=2).points == points
-
-
-def test_keeps_a_marker_at_its_place():
-    check = {'check': 'keeps', 'what': 'marker left', 'value': '0 m'}
-    assert judged(sensed(0.02, -0.02, what='marker left'), TRACKER, **check).points == 100
-    assert judged(sensed(0.02, -0.02, what='marker ahead'), TRACKER, **check).points == 0
-
-
-@pytest.mark.parametrize('y, points', [(0.05, 100), (0.15, 0), (-0.15, 0)])
-def test_passes(y, points):
-    track = [Sample(0.1 * number, 0.02 * number, y, 0.0) for number in range(100)]
-    assert judged(Observed(track=track), check='passes', x='1 m', y='0 m').points == points
-
-
-@pytest.mark.parametrize('changes, said', [
-    ({'world': {'boxes': [{**BOX, 'length': -1}]}}, 'world: box: length is -1'),
-    ({'world': {'balls': []}}, 'world: '),
-    ({'world': {'boxes': [BOX]}, 'simulator': 'turtlesim', 'stimuli': []}, 'world needs simulator: robotont'),
-    ({'simulator': 'turtlesim'}, 'stimulus 1 (distances) needs simulator: robotont'),
-    ({'checks': [{**AHEAD, 'points': 100}], 'stimuli': [TRACKER]}, 'check 1 (keeps) needs a stimulus {do: distances'),
-    ({'checks': [{**AHEAD, 'what': 'marker left', 'points': 100}]}, 'check 1 (keeps) needs a stimulus {do: tracker'),
-])
-def test_wrong_exercises(changes, said):
-    right = {**ROBOT, 'stimuli': [DISTANCES], 'checks': [{'check': 'moves', 'length': '1 m', 'points': 100}]}
-    assert exercise.parse(right)
-    with pytest.raises(exercise.ExerciseError) as error:
-        exercise.parse({**right, **changes})
-    assert str(error.value).startswith(said)
-
-
 def test_the_worlds_of_exercises_are_those_of_the_course():
     """The box of bang-bang is that of world_bangbang.launch."""
     path = REPOSITORY / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds' / 'bangbang.yaml'
     world = yaml.safe_load(path.read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
         assert exercise.load(EXERCISES[name]).world == world
-
-
-TURNS = {'do': 'turns', 'for': '10 s'}
-POSES = [(0.2, 0.3, -0.9), (-0.3, -0.4, 0.5), (0.4, -0.2, 0.8), (math.nan,) * 3, (-0.5, 0.5, -0.2)]  # roll, pitch, yaw
-
-
-def turned(velocity):
-    """Return the Observed of a program with linear.x ``velocity(roll, pitch, yaw)``; None: no command."""
-    seen = Observed()
-    for number, angles in enumerate(POSES):
-        start = 2.0 * number
-        seen.sensed += [Sensed(start, what, angle) for what, angle in zip(('roll', 'pitch', 'yaw'), angles)]
-        value = velocity(*angles)
-        seen.commands += [Command(start + 0.1 * tick, value, 0.0, 0.0) for tick in range(6, 20) if value is not None]
-    return seen
-
-
-def zero_if_hidden(velocity):
-    return lambda *angles: 0.0 if math.isnan(angles[0]) else velocity(*angles)
-
-
-def quaternion_y(roll, pitch, yaw):
-    return (math.cos(roll / 2) * math.sin(pitch / 2) * math.cos(yaw / 2)
-            + math.sin(roll / 2) * math.cos(pitch / 2) * math.sin(yaw / 2))
-
-
-@pytest.mark.parametrize('velocity, right, said', [
-    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * pitch), True, 'about 0.50 times pitch; it fits in 4 of 4 poses'),
-    (lambda roll, pitch, yaw: None if math.isnan(roll) else 2.0 * pitch, True, '0 in 1 of 1 without a marker'),
-    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * pitch), False, 'it has the other sign than pitch: it is -0.50'),
-    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * roll), False, 'it follows roll, not pitch'),
-    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * yaw), False, 'it follows yaw, not pitch'),
-    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * abs(pitch)), False, 'and never negative'),
-    (zero_if_hidden(lambda roll, pitch, yaw: math.copysign(0.2, pitch)), False, 'it fits in 1 of 4'),
-    (zero_if_hidden(quaternion_y), False, 'it fits in'),
-    (lambda roll, pitch, yaw: 0.2 if math.isnan(roll) else 0.5 * pitch, False, 'it is 0 in 0 of 1'),
-    (lambda roll, pitch, yaw: 0.2, False, 'and never negative, and it is 0 in 0 of 1'),
-    (lambda roll, pitch, yaw: None, False, '0 commands'),
-])
-def test_steers(velocity, right, said):
-    reason = judged(turned(velocity), TURNS, check='steers', command='linear.x', by='pitch')
-    assert said in reason.seen and (reason.points == 100 if right else reason.points < 50), reason
-
-
-def test_steers_without_a_stimulus():
-    assert judged(Observed(), TURNS, check='steers', command='angular.z', by='roll').seen == \
-        'the program subscribes to no marker'
-    with pytest.raises(exercise.ExerciseError, match='needs a stimulus {do: turns'):
-        judged(Observed(), TRACKER, check='steers', command='angular.z', by='roll')

@@ -1,53 +1,38 @@
-"""Checks of parameters and transforms: values from ROS, and their verdicts."""
+"""course_grader.rules.rules_state: parameters, transforms, other turtles, and what a robot keeps or follows."""
 import math
-import types
 
 import pytest
-import rosgraph
-import rospy
-from geometry_msgs.msg import TransformStamped
-from tf2_msgs.msg import TFMessage
 
-from course_grader.attempt import guard, state
-from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Command, Event, Goal, Observed, Sample, Transform
-from rospy_support.rospy_internals.topics import HOLDER
+from course_grader.rules.observation import Command, Event, Observed, Sample, Sensed, Transform
+from course_grader.rules.rules_state import Background, Follows, HasParameter, HasTransform, Keeps, Spawns, Steers
+from course_grader.rules.scoring import FULL
+from kinematic_core.worlds.turtle_world import DT as STEP
 from unit_support.graded_turtle import GradedTurtle
 
-NO_LINK = types.SimpleNamespace(watch=lambda *_: pytest.fail('watched'),  # no turtle is asked for
-                                follow=lambda: None)
 
-
-def judged(observed, **check):
-    """Return the Reason for one check."""
-    content = {'title': 'T', 'time': '10 s', 'checks': [{'points': 100, **check}]}
-    reason, = scoring.decide(exercise.parse(content), observed).reasons
-    return reason
-
-
-@pytest.mark.parametrize('value, wanted, points', [
-    (0.5, 0.5, 100), (1, 1.0, 100), (0.30000000000000004, 0.3, 100), (0.5, 0.6, 0), ('fast', 'fast', 100),
-    ('fast', 'slow', 0), (True, True, 100), (True, 1, 0), (1, True, 0), ([1, 2], 1, 0),
+@pytest.mark.parametrize('value, wanted, share', [
+    (0.5, 0.5, 1.0), (1, 1.0, 1.0), (0.30000000000000004, 0.3, 1.0), (0.5, 0.6, 0.0), ('fast', 'fast', 1.0),
+    ('fast', 'slow', 0.0), (True, True, 1.0), (True, 1, 0.0), (1, True, 0.0), ([1, 2], 1, 0.0),
 ])
-def test_the_value_of_a_parameter(value, wanted, points):
-    reason = judged(Observed(parameters={'/speed': value}), check='parameter', name='/speed', value=wanted)
-    assert (reason.points, reason.seen) == (points, f'it is {value!r}')
+def test_the_value_of_a_parameter(value, wanted, share):
+    result = HasParameter('/speed', wanted).judge(Observed(parameters={'/speed': value}))
+    assert (result.share, result.seen) == (share, f'it is {value!r}')
 
 
 def test_a_parameter_that_is_set_or_not():
-    assert judged(Observed(parameters={'/speed': []}), check='parameter', name='/speed').points == 100
-    reason = judged(Observed(parameters={'/other': 1}), check='parameter', name='/speed')
-    assert (reason.points, reason.asked, reason.seen) == (0, 'the parameter /speed is set', 'it is not set')
+    assert HasParameter('/speed').judge(Observed(parameters={'/speed': []})).share == 1.0
+    assert HasParameter('/speed').judge(Observed(parameters={'/other': 1})) == (
+        0.0, 'the parameter /speed is set', 'it is not set')
 
 
-@pytest.mark.parametrize('events, points, seen', [
-    ([], 0, '/clear was not called'), ([(255, 255, 0)], 100, 'it is (255, 255, 0)'),
-    ([(255, 255, 0), (69, 86, 255)], 0, 'it is (69, 86, 255)'),  # cleared again after other parameters were set
-    ([(69, 86, 255), (255, 255, 0)], 100, 'it is (255, 255, 0)')])
-def test_the_background(events, points, seen):
+@pytest.mark.parametrize('events, share, seen', [
+    ([], 0.0, '/clear was not called'), ([(255, 255, 0)], 1.0, 'it is (255, 255, 0)'),
+    ([(255, 255, 0), (69, 86, 255)], 0.0, 'it is (69, 86, 255)'),  # cleared again after other parameters were set
+    ([(69, 86, 255), (255, 255, 0)], 1.0, 'it is (255, 255, 0)')])
+def test_the_background(events, share, seen):
     observed = Observed(events=[Event(1.0, 'clear', values) for values in events])
-    reason = judged(observed, check='background', colour=[255, 255, 0])
-    assert (reason.points, reason.seen) == (points, seen)
+    result = Background((255, 255, 0)).judge(observed)
+    assert (result.share, result.seen) == (share, seen)
 
 
 def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', turned=0.0, stamped=True):
@@ -68,130 +53,133 @@ def old(share):
     return observed
 
 
-@pytest.mark.parametrize('observed, check, points', [
-    (broadcast(), {}, 100), (broadcast(), {'at': 'the vehicle', 'rate': '8 to 12 Hz'}, 100),
-    (broadcast(), {'parent': '/world'}, 100),  # tf knows no /
-    (broadcast(off=0.3), {'at': 'the vehicle'}, 0),  # 0.3 m off: at 0.5 m/s it was never there within 0.3 s and 5 cm
-    (broadcast(turned=0.3), {'at': 'the vehicle'}, 0), (broadcast(turned=math.tau), {'at': 'the vehicle'}, 100),
-    (broadcast(turned=0.3), {}, 100), (broadcast(child='turtle2'), {}, 0),
-    (broadcast(parent='turtle1', child='world'), {}, 0),
-    (broadcast(rate=1000.0), {'rate': 'at least 20 Hz'}, 100),
-    (broadcast(stamped=False), {}, 0),  # tf takes no second transform of the time 0
-    (broadcast(stamped=False, seconds=0.0), {}, 100),
-    (old(0.1), {}, 100), (old(0.5), {}, 0),  # a stamp that was taken once, at the start
+@pytest.mark.parametrize('observed, keys, right', [
+    (broadcast(), {}, True), (broadcast(), {'at': 'the vehicle', 'rate': (8.0, 12.0)}, True),
+    (broadcast(), {'parent': '/world'}, True),  # tf knows no /
+    (broadcast(off=0.3), {'at': 'the vehicle'}, False),  # at 0.5 m/s it was never there within 0.3 s and 5 cm
+    (broadcast(turned=0.3), {'at': 'the vehicle'}, False), (broadcast(turned=math.tau), {'at': 'the vehicle'}, True),
+    (broadcast(turned=0.3), {}, True), (broadcast(child='turtle2'), {}, False),
+    (broadcast(parent='turtle1', child='world'), {}, False),
+    (broadcast(rate=1000.0), {'rate': (20.0, math.inf)}, True),
+    (broadcast(stamped=False), {}, False),  # tf takes no second transform of the time 0
+    (broadcast(stamped=False, seconds=0.0), {}, True),
+    (old(0.1), {}, True), (old(0.5), {}, False),  # a stamp that was taken once, at the start
+    (broadcast(seconds=0.0), {'rate': (10.0, 10.0)}, False),
 ])
-def test_transforms(observed, check, points):
-    assert judged(observed, **{'check': 'transform', 'parent': 'world', 'child': 'turtle1', **check}).points == points
+def test_transforms(observed, keys, right):
+    share = HasTransform(**{'parent': 'world', 'child': 'turtle1', **keys}).judge(observed).share
+    assert share >= FULL if right else share == 0.0
 
 
 def test_transforms_that_come_too_rarely_lose_points():
-    reason = judged(broadcast(rate=5.0), check='transform', parent='world', child='turtle1', rate='10 Hz')
-    assert reason.points == pytest.approx(25, abs=3) and reason.seen.endswith(' Hz')  # half as often
-    assert judged(broadcast(seconds=0.0), check='transform', parent='world', child='turtle1', rate='10 Hz').points == 0
+    result = HasTransform('world', 'turtle1', (10.0, 10.0)).judge(broadcast(rate=5.0))
+    assert result.share == pytest.approx(0.25, abs=0.03) and result.seen.endswith(' Hz')  # half as often
 
 
 def test_other_transforms_are_named():
-    reason = judged(broadcast(child='turtle2'), check='transform', parent='world', child='turtle1')
-    assert (reason.asked, reason.seen) == ('transforms from world to turtle1', 'only world to turtle2')
-    assert judged(Observed(), check='transform', parent='world', child='turtle1').seen == 'none'
+    rule = HasTransform('world', 'turtle1')
+    assert rule.judge(broadcast(child='turtle2'))[1:] == ('transforms from world to turtle1', 'only world to turtle2')
+    assert rule.judge(Observed()).seen == 'none'
 
 
-CONTENT = {'title': 'T', 'time': '10 s', 'checks': [
-    {'check': 'parameter', 'name': '/speed', 'points': 50},
-    {'check': 'transform', 'parent': 'world', 'child': 'turtle1', 'points': 50}]}
+def line(start, speed, seconds=5.0, late=0.0):
+    """Return the Samples of a turtle that drives along x from ``start`` [m] at ``speed`` [m/s] on y = 2."""
+    return [Sample(late + number * STEP, start + speed * number * STEP, 2.0, 0.0)
+            for number in range(int(seconds / STEP))]
 
 
-def test_parameters_and_transforms_are_read(monkeypatch):
-    subscribed, server, observed = {}, {'/speed': 0.5}, Observed()
-
-    class Master:
-        def __init__(self, _):
-            pass
-
-        def getParam(self, name):
-            if name not in server:
-                raise rosgraph.MasterError('not set')
-            return server[name]
-    monkeypatch.setattr(rosgraph, 'Master', Master)
-    monkeypatch.setattr(rospy, 'get_time', lambda: 105.0)
-    monkeypatch.setattr(rospy, 'Subscriber', lambda topic, kind, callback: subscribed.setdefault(topic, callback))
-    reader = state.StateReader(exercise.parse(CONTENT), observed, 100.0, NO_LINK, 0.016)
-    reader.read()
-    server.clear()
-    reader.read()  # the program has deleted it
-    assert observed.parameters == {'/speed': 0.5} and set(subscribed) == {'/tf', '/tf_static'}
-    message = TFMessage([TransformStamped()])
-    message.transforms[0].header.frame_id, message.transforms[0].child_frame_id = '/world', 'turtle1'
-    message.transforms[0].transform.translation.x = math.pi
-    message.transforms[0].transform.rotation.z = message.transforms[0].transform.rotation.w = math.sqrt(0.5)
-    for holder in guard.GRADING, guard.PROGRAM:  # whatever both call themselves
-        message._connection_header = {'callerid': '/turtlesim', HOLDER: holder}
-        for topic in '/tf', '/tf_static':
-            subscribed[topic](message)
-    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0, pytest.approx(math.pi / 2), lasting)
-                                   for lasting in (False, True)]
-
-
-def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):
-    monkeypatch.setattr(rospy, 'Subscriber', lambda *_: pytest.fail('subscribed'))
-    monkeypatch.setattr(rosgraph, 'Master', lambda _: types.SimpleNamespace(getParam=lambda name: pytest.fail(name)))
-    content = {**CONTENT, 'checks': [{'check': 'runs', 'points': 100}]}
-    state.StateReader(exercise.parse(content), Observed(), 0.0, NO_LINK, 0.016).read()
-
-
-GOALS = {'do': 'goals', 'action': '/fibonacci'}
-DRIVE = {'do': 'drive', 'for': '4 s'}
-FIVE = Goal(0.0, '/fibonacci', 5, False, 'SUCCEEDED', 4, (0, 1, 1, 2, 3, 5))  # 4 of 6 numbers are computed
-CANCELLED = Goal(9.0, '/fibonacci', 40, True, 'PREEMPTED', 2, (0, 1, 1, 2))
-
-
-def judged_with(stimulus, observed, **check):
-    content = {'title': 'T', 'time': '10 s', 'stimuli': [stimulus], 'checks': [{'points': 100, **check}]}
-    reason, = scoring.decide(exercise.parse(content), observed).reasons
-    return reason
-
-
-@pytest.mark.parametrize('goals, points, said', [
-    ([FIVE, CANCELLED], 100, '2 of 2 goals'),
-    ([FIVE._replace(state='ABORTED'), CANCELLED], 24.5, '1 of 2 goals; the goal of order 5 is ABORTED'),
-    ([FIVE._replace(result=(0, 1, 1, 2, 3))], 0, 'order 5 is [0, 1, 1, 2, 3], expected [0, 1, 1, 2, 3, 5]'),
-    ([FIVE._replace(feedback=3)], 0, '3 messages of feedback for 4 numbers'),
-    ([CANCELLED._replace(state='SUCCEEDED')], 0, 'the cancelled goal is SUCCEEDED, not PREEMPTED'),
-    ([FIVE._replace(action='/other')], 0, 'the program never offered it'),
-    ([FIVE], 24.5, '1 of 2 goals; the time was over before the last goal'),
+@pytest.mark.parametrize('turtles, share, seen', [
+    ({'turtle2': line(2.0, 1.0)}, 1.0, 'it starts at x = 2.00, y = 2.00'),
+    ({'turtle2': line(2.1, 0.0)}, 0.0, 'it starts at x = 2.10, y = 2.00'),  # 5 cm are allowed
+    ({}, 0.0, 'there is no turtle2'), ({'turtle2': []}, 0.0, 'there is no turtle2'),
 ])
-def test_goals_of_an_action(goals, points, said):
-    reason = judged_with(GOALS, Observed(goals=goals), check='reaches', action='/fibonacci')
-    assert reason.points == pytest.approx(points) and said in reason.seen
+def test_where_a_turtle_is_spawned(turtles, share, seen):
+    result = Spawns('turtle2', 2.0, 2.0).judge(Observed(turtles=turtles))
+    assert (result.share, result.seen) == (share, seen)
 
 
-def repeated(turn=0.5, speed=0.5, seconds=4.0):
-    """Return the Observed of an arc that the grader drove for 4 s, and one that the program drove after it."""
-    turtle = GradedTurtle().drive(4.0, 0.5, 0.5).drive(1.0)
-    turtle.observed.commands.clear()  # those were the grader's
-    return turtle.drive(seconds, speed, turn).drive(0.5).observed
-
-
-@pytest.mark.parametrize('observed, passes', [
-    (repeated(), True), (repeated(turn=0.25, speed=0.25, seconds=8.0), True),  # the same path, slowly
-    (repeated(turn=-0.5), False), (repeated(seconds=3.0), False), (repeated(speed=0.0), False),
+@pytest.mark.parametrize('leader, track, share, seen', [
+    (line(5.0, -0.5), line(5.08, -0.5), 1.0, 'at the end it is 0.08 m away'),  # 10 cm are allowed
+    (line(5.0, -0.5), line(5.0, -0.4), 0.0, 'at the end it is 0.50 m away'),  # 0.1 m/s slower for 5 s
+    (line(2.5, 0.0), line(2.5, 0.0, 1.0) + line(0.0, 0.0, 1.0, 1.0) + line(2.5, 0.0, 3.0, 2.0), 0.0, 'it jumps'),
+    (line(2.5, 0.0), [], 0.0, 'there is no turtle2'), ([], line(2.5, 0.0), 0.0, 'there is no turtle2'),
 ])
-def test_a_path_that_is_driven_again(observed, passes):
-    assert (judged_with(DRIVE, observed, check='repeats').points >= 100) == passes
+def test_whether_a_turtle_follows(leader, track, share, seen):
+    result = Follows('turtle2').judge(Observed(track=leader, turtles={'turtle2': track}))
+    assert (result.share, result.seen) == (share, seen)
 
 
-def test_nothing_is_driven_again():
-    idle = Observed(track=[Sample(0.0, 1.0, 1.0, 0.0)])
-    assert judged_with(DRIVE, idle, check='repeats').seen == 'it sent no command'
-    still = Observed(track=[Sample(0.1 * tick, 1.0, 1.0, 0.0) for tick in range(9)], commands=[Command(0.4, 0, 0, 0)])
-    assert judged_with(DRIVE, still, check='repeats').seen == 'it did not move'
+def sensed(*values, what='ahead'):
+    """Return the Observed of a value [m] each second."""
+    return Observed(sensed=[Sensed(float(t), what, value) for t, value in enumerate(values)])
 
 
-@pytest.mark.parametrize('check, said', [
-    ({'check': 'repeats'}, 'check 1 (repeats) needs a stimulus {do: drive'),
-    ({'check': 'reaches', 'action': '/fibonacci'}, 'check 1 (reaches) needs a stimulus {do: goals, action: /fibonacci'),
+@pytest.mark.parametrize('values, share, said', [
+    ((1.4, 1.4, 0.55, 0.45, 0.5, 0.5), 1.0, 'the distance ahead by 0.45 to 0.55 m; 100% of the time within'),
+    ((0.5, 0.5, 0.5, 0.5, 0.7, 0.8), 0.5, '0.50 to 0.80 m; 50%'),
+    ((0.5, 0.5, 0.5, math.nan, math.nan, math.nan), 0.25, '0.50 to 0.50 m; 25%'),
+    ((math.nan,) * 6, 0.0, 'unknown, as it is too near'),
+    ((), 0.0, 'the program subscribes to no sensor'),
 ])
-def test_checks_that_need_a_stimulus(check, said):
-    with pytest.raises(exercise.ExerciseError) as error:
-        judged(Observed(), **check)
-    assert str(error.value).startswith(said)
+def test_keeps(values, share, said):
+    result = Keeps('ahead', 0.5, tolerance=0.1, last=3.0).judge(sensed(*values))
+    assert result.share == share and said in result.seen
+
+
+@pytest.mark.parametrize('speeds, share', [
+    ((0.4, 0.2, 0.1, 0.0), 1.0), ((0.4, -0.2, 0.1, -0.0005, 0.0005), 1.0),  # below 1 mm/s it stands
+    ((0.4, -0.2, 0.1, -0.05, 0.02), 0.0)])
+def test_keeps_without_swinging(speeds, share):
+    observed = sensed(0.5, 0.5, 0.5)
+    observed.commands = [Command(float(t), speed, 0.0, 0.0) for t, speed in enumerate(speeds)]
+    assert Keeps('ahead', 0.5, swings=2.0).judge(observed).share == share
+
+
+@pytest.mark.parametrize('what, share', [('marker left', 1.0), ('marker ahead', 0.0)])
+def test_keeps_a_marker_at_its_place(what, share):
+    assert Keeps('marker left', 0.0).judge(sensed(0.02, -0.02, what=what)).share == share
+
+
+POSES = [(0.2, 0.3, -0.9), (-0.3, -0.4, 0.5), (0.4, -0.2, 0.8), (math.nan,) * 3, (-0.5, 0.5, -0.2)]  # roll, pitch, yaw
+
+
+def turned(velocity):
+    """Return the Observed of a program with linear.x ``velocity(roll, pitch, yaw)``; None: no command."""
+    seen = Observed()
+    for number, angles in enumerate(POSES):
+        start = 2.0 * number
+        seen.sensed += [Sensed(start, what, angle) for what, angle in zip(('roll', 'pitch', 'yaw'), angles)]
+        value = velocity(*angles)
+        seen.commands += [Command(start + 0.1 * tick, value, 0.0, 0.0) for tick in range(6, 20) if value is not None]
+    return seen
+
+
+def zero_if_hidden(velocity):
+    return lambda *angles: 0.0 if math.isnan(angles[0]) else velocity(*angles)
+
+
+def quaternion_y(roll, pitch, yaw):
+    return (math.cos(roll / 2) * math.sin(pitch / 2) * math.cos(yaw / 2)
+            + math.sin(roll / 2) * math.cos(pitch / 2) * math.sin(yaw / 2))
+
+
+@pytest.mark.parametrize('velocity, right, said', [
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * pitch), True, 'about 0.50 times pitch; it fits in 4 of 4 poses'),
+    (lambda roll, pitch, yaw: None if math.isnan(roll) else 2.0 * pitch, True, '0 in 1 of 1 without a marker'),
+    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * pitch), False, 'it has the other sign than pitch: it is -0.50'),
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * roll), False, 'it follows roll, not pitch'),
+    (zero_if_hidden(lambda roll, pitch, yaw: -0.5 * yaw), False, 'it follows yaw, not pitch'),
+    (zero_if_hidden(lambda roll, pitch, yaw: 0.5 * abs(pitch)), False, 'and never negative'),
+    (zero_if_hidden(lambda roll, pitch, yaw: math.copysign(0.2, pitch)), False, 'it fits in 1 of 4'),
+    (zero_if_hidden(quaternion_y), False, 'it fits in'),
+    (lambda roll, pitch, yaw: 0.2 if math.isnan(roll) else 0.5 * pitch, False, 'it is 0 in 0 of 1'),
+    (lambda roll, pitch, yaw: 0.2, False, 'and never negative, and it is 0 in 0 of 1'),
+    (lambda roll, pitch, yaw: None, False, '0 commands'),
+])
+def test_steers(velocity, right, said):
+    result = Steers('linear.x', 'pitch').judge(turned(velocity))
+    assert said in result.seen and (result.share >= FULL if right else result.share < 0.5), result
+
+
+def test_steers_without_a_marker():
+    assert Steers('angular.z', 'roll').judge(Observed()).seen == 'the program subscribes to no marker'
