@@ -11,8 +11,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from alvar_core import bundles
-from alvar_core.pictures import marker_sequence
+from alvar_core import bundles, marker_sequence
 from course_grader.rules import exercise
 from plain_support import documents
 from sim_scene import worlds

@@ -1,4 +1,4 @@
-// corners.CornerEstimator and edge_refiner.EdgeRefiner
+// corners.CornerEstimator
 #include <cstring>
 
 #include "algebra.h"

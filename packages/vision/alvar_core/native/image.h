@@ -116,7 +116,7 @@ struct Image {
 };
 
 // The lens of a Camera (camera.py): plumb_bob or rational distortion k1 k2 p1 p2 k3 k4 k5 k6; or that of a FisheyeCamera
-// (fisheye.py): k1 k2 k3 k4.
+// (camera.FisheyeCamera): k1 k2 k3 k4.
 struct Lens {
     double fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6;
     bool fisheye;

@@ -194,10 +194,10 @@ EdgeFit fit_curved(const Image& grey, const Lens& lens, int cells, const double*
                    const EdgePoints& points, const double* scale, double reach, double first_reach, int steps,
                    const Thresholds& limit);
 
-// edge_refiner.EdgeRefiner.refine: corners (4, 2) and their covariance (8, 8); whether all sides are visible
+// refine_edges: corners (4, 2) and their covariance (8, 8); whether all sides are visible
 bool refine_edges(const Image& grey, const Lens& lens, const double* h, double half, double sigma,
                   const Thresholds& limit, double* corners, double* covariance);
-// edge_refiner.EdgeRefiner.bow [px], of a marker with corners (4, 2)
+// corners.CornerEstimator.bow [px], of a marker with corners (4, 2)
 double bow(const Image& grey, const Lens& lens, const double* corners, int cells, const Thresholds& limit);
 
 // The images in which markers are measured: `pyramid` and `full` are read as light; `asked`: the Light, if markers

@@ -2,14 +2,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Sequence
+from typing import Sequence
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.floating[Any]]
+from plain_support.arrays import Floats
 
 
 def quaternion_from_matrix(rotation: Floats) -> Floats:

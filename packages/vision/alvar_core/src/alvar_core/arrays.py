@@ -1,20 +1,19 @@
-"""Array types for type hints; the docstrings state shapes, units and number types.
+"""Array types for type hints: those of plain_support.arrays, complex numbers and images.
 
-``Floats`` are float32 or float64, an ``Image`` is an array of OpenCV, uint8 unless stated otherwise.
+Docstrings state shapes, units and number types; an ``Image`` is an array of OpenCV, uint8 unless stated otherwise.
 """
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plain_support.arrays import ArrayLike, Bools, Floats, Integers
+
 if TYPE_CHECKING:
     from cv2.typing import MatLike as Image
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     Complexes = NDArray[np.complexfloating[Any, Any]]
-    Floats = NDArray[np.floating[Any]]
-    Bools = NDArray[np.bool_]
-    Integers = NDArray[np.integer[Any]]
-else:  # numpy before 1.21 has no NDArray, OpenCV before 4.8 no typing
-    ArrayLike = Complexes = Floats = Bools = Integers = Image = np.ndarray
+else:  # OpenCV before 4.8 has no typing
+    Complexes = Image = np.ndarray
 
 __all__ = ['ArrayLike', 'Bools', 'Complexes', 'Floats', 'Image', 'Integers']

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
+from alvar_core import marker_sequence
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
-from alvar_core.pictures import marker_sequence, sequence_cache
 from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
@@ -107,8 +107,8 @@ def test_cache_is_filled_once_and_whole(tmp_path, monkeypatch):
         calls.append(folder)
         assert not os.path.exists(os.path.join(tmp_path, 'turtle_robotont', 'marker_sequence'))
     monkeypatch.setattr(marker_sequence, 'render_to', render_to)
-    first = sequence_cache.cached(str(tmp_path))
-    assert sequence_cache.cached(str(tmp_path)) == first and len(calls) == 1
+    first = marker_sequence.cached(str(tmp_path))
+    assert marker_sequence.cached(str(tmp_path)) == first and len(calls) == 1
     assert os.listdir(tmp_path / 'turtle_robotont') == [os.path.basename(first)]
 
 
@@ -118,7 +118,7 @@ def test_rendering_that_fails_leaves_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(marker_sequence, 'render_to', render_to)
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
     with pytest.raises(SystemExit, match=r'frame_000\.jpg cannot be written: No space left on device. Make room on'):
-        sequence_cache.main([])
+        marker_sequence.main([])
     assert os.listdir(tmp_path / 'turtle_robotont') == [] and capsys.readouterr().out == ''
 
 
@@ -128,7 +128,7 @@ def test_files_of_the_user_are_not_replaced(tmp_path, monkeypatch, name, content
     monkeypatch.setattr(marker_sequence, 'FRAMES', 1)
     (tmp_path / name).write_text(content)
     with pytest.raises(SystemExit, match=f'has files that would be replaced, such as {name}. Choose another folder'):
-        sequence_cache.main(['--output', str(tmp_path)])
+        marker_sequence.main(['--output', str(tmp_path)])
     assert os.listdir(tmp_path) == [name] and (tmp_path / name).read_text() == content
 
 
@@ -136,12 +136,12 @@ def test_its_own_files_are_replaced_beside_others(tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(marker_sequence, 'FRAMES', 1)
     (tmp_path / 'notes.txt').write_text('mine')
     for _ in range(2):
-        sequence_cache.main(['--output', str(tmp_path)])
+        marker_sequence.main(['--output', str(tmp_path)])
         assert capsys.readouterr().out == str(tmp_path)
     assert sorted(os.listdir(tmp_path)) == ['camera.yaml', 'frame_000.jpg', 'frames.json', 'notes.txt']
 
 
 def test_command_prints_the_folder_as_a_launch_file_takes_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(marker_sequence, 'render_to', lambda folder: None)
-    sequence_cache.main(['--output', str(tmp_path / 'new')])
+    marker_sequence.main(['--output', str(tmp_path / 'new')])
     assert capsys.readouterr().out == str(tmp_path / 'new')

@@ -28,7 +28,7 @@ from unit_support import marker_classes
 from alvar_core import native
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
-from alvar_core.fisheye import FisheyeCamera
+from alvar_core.camera import FisheyeCamera
 from unit_support.photo import with_gamma
 
 assert native.steps is steps

@@ -9,8 +9,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 from alvar_core import rotations
-from alvar_core.camera import Camera, CameraError
-from alvar_core.fisheye import FisheyeCamera
+from alvar_core.camera import Camera, CameraError, FisheyeCamera
 from plain_support import LARGEST_MARKER_ID
 
 MARKER_FRAME = 'ar_marker_'  # followed by the id: the tf frame of a marker

@@ -20,14 +20,13 @@ from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
-from ar_track_alvar import conversions
+from ar_track_alvar import conversions, settings, start
 from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.core import debug_image
 from ar_track_alvar.core.filters import ErrorFilter, RateLimiter, fit_error
 from ar_track_alvar.diagnostics import Statistics
-from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.marker_publisher import Report
-from ar_track_alvar.settings import AUTO, RECTIFIED
+from ar_track_alvar.settings import AUTO, RECTIFIED, LiveSettings
 from plain_support import LARGEST_MARKER_ID
 from rospy_support import images, parameters, registration, rospy_internals
 from rospy_support.throttle import WallThrottle
@@ -51,28 +50,28 @@ class MarkerNode:
     ``to_publish``; ``sizes`` contains the markers whose size is not ~marker_size.
     """
 
-    def __init__(self, settings, sizes=None):
-        """Register topics and services; rospy must be initialised. ``sizes``: {id: width of the square [m]}."""
-        self.settings, self._sizes = settings, dict(sizes or {})
+    def __init__(self, read, sizes=None):
+        """Register topics and services; ``read`` are the Settings. ``sizes``: {id: width of the square [m]}."""
+        self.settings, self._sizes = read, dict(sizes or {})
         self._condition = threading.Condition()
         self.camera = None  # Camera of the image that is being searched
         self._image = None  # (arrival [s, monotonic], message) of the newest image, until it is searched
         self._searched_image = None  # the message of the image that was searched last
         self._questions = []  # queues, one for each call of ~explain; each gets a TriggerResponse
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
-        self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
+        self._statistics, self._rate, self._errors = Statistics(), RateLimiter(read.max_frequency), ErrorFilter()
         self._simulated = not rospy_internals.is_wall_time()
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._topic = rospy.resolve_name('camera_image')
         self._last_arrival = -math.inf
         self._image_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
-        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self.complain)
+        self._report = Report(read.output_frame, read.transform_tolerance, self._statistics, self.complain)
         self._debug = LatestPublisher('~debug_image', Image)
         self._diagnostics = Publisher('/diagnostics', DiagnosticArray, queue_size=1)
         self._explained = Publisher('~explained_image', Image, queue_size=1, latch=True)
         rospy.Service('~explain', Trigger, self._answer)
-        self._live = LiveSettings(settings, self._settings_changed)
+        self._live = LiveSettings(read, self._settings_changed)
         self._info_subscriber = rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1,
                                                  tcp_nodelay=True)
         rospy.Subscriber('~enable_detection', Bool, lambda message: self._live.enable(message.data), queue_size=1)
@@ -342,3 +341,9 @@ class MarkerNode:
         self._statistics.trouble(text)
         if self._throttle.due(kind, text, changed):
             rospy.logwarn('%s', '. '.join(filter(None, (text, more()))))
+
+
+def main():
+    """Run individualMarkersNoKinect."""
+    start.init_node('individualMarkersNoKinect', settings.PARAMETERS)
+    MarkerNode(settings.read()).run()

@@ -11,9 +11,8 @@ from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from alvar_core.camera import CameraError
+from alvar_core.camera import CameraError, FisheyeCamera
 from alvar_core.detection.detector import Detection
-from alvar_core.fisheye import FisheyeCamera
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import MarkerPose
 from plain_support import LARGEST_MARKER_ID

@@ -21,7 +21,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from alvar_core.pictures.marker_sequence import FRAMES, MARKERS
+from alvar_core.marker_sequence import FRAMES, MARKERS
 from course_grader.demo.core import track_metrics
 from course_grader.demo.course import Measurement, at_most, near
 from course_grader.demo.harness import DemoError, Recorder

@@ -1,4 +1,11 @@
-"""Measure the corners of aligned markers, and their covariance."""
+"""Measure the corners of aligned markers, and their covariance.
+
+The alignment (alignment.py) reads large markers in a reduced image, with a few samples per cell, which limits its
+accuracy. Here the grey is read in the full-size image across the four sides of the black square. The position of the
+step from black to white is computed from the area under the grey values, which noise and blur change little. A robust
+least-squares fit gives the line of each side, and the corners are the intersections. Sides are counted clockwise from
+the upper one, corners from its left end.
+"""
 from __future__ import annotations
 
 from typing import Sequence
@@ -10,7 +17,6 @@ from alvar_core import native
 from alvar_core.arrays import Bools, Floats, Image
 from alvar_core.detection import edge_alignment, homography
 from alvar_core.detection.alignment import Aligner, Alignment
-from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.prepared_image import PreparedImage
 
 
@@ -43,15 +49,21 @@ class CornerEstimator:
         half = cells / 2
         self.cells = cells
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-        self._edges, self.scale = EdgeRefiner(cells), edge_alignment.scale_of(half)
+        self.scale = edge_alignment.scale_of(half)
 
     def start(self, state: Alignment) -> Floats:
         """Return the corners (M, 4, 2) [ideal px] according to the alignment."""
         return homography.apply(state.h, self.square)
 
     def bow(self, image: PreparedImage, corners: Floats) -> Floats:
-        """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
-        return self._edges.bow(image.pyramid, image.camera, corners, image.light)
+        """Return the height [px] of the second largest bow of a side, (M,), by corners (M, 4, 2) [ideal px].
+
+        Bent paper bends at least two sides; a crease, or an object that covers part of a side, bends only one. If the
+        largest bow is much larger than the second, thresholds.BOW_OF_ONE weighs it. A bow within the noise counts 0.
+        """
+        bows: Floats = native.steps.bows(grey=image.pyramid.full, lens=image.camera.lens, corners=np.asarray(corners),
+                                         cells=self.cells, light=image.light.steps, limit=native.limit)
+        return bows
 
     def measure(self, image: PreparedImage, aligner: Aligner, state: Alignment, corners: Floats,
                 black: Bools, inlier_share: Floats) -> tuple[Floats, Floats]:

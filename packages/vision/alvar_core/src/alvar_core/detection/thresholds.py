@@ -146,7 +146,7 @@ MIN_UNCOVERED_SCORE_GAP = 1.0  # squared and summed: to the next word
 COVERED_LIKENESS = 0.75  # of a marker that is aligned with this word: accepted; half a marker in the light has had 0.65
 COVERED_SCORE_GAP, COVERED_SCORE_GAP_BY_ERROR = 1.4, 2.0  # the same gap, what of the error is added: accepted
 
-# -- Corners of large markers (edge_refiner.py, detector.py)
+# -- Corners of large markers (corners.py, detector.py)
 # Sensitivity: up to 0.1 degrees.
 MIN_EDGE_SIDE = 36.0  # px, from where on edges are measured
 MAX_EDGE_MOVE = 0.2  # cells that they may move a corner

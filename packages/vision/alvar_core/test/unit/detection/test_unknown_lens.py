@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from alvar_core.camera import Camera
+from alvar_core.camera import Camera, FisheyeCamera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.explanation import explain
-from alvar_core.fisheye import FisheyeCamera
 from unit_support import marker_classes
 from unit_support.photo import Photo, Sheet
 

@@ -4,9 +4,9 @@ Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called fr
 opens, reads and closes sources and calls the sink; ``wanted``, which must not block, is called by other threads too.
 """
 import threading
+import time
 from typing import Callable, Optional, Protocol
 
-from usb_cam.core.pace import FrameSchedule
 from usb_cam.core.sources import EndOfSource, Source, SourceError
 
 RETRY = 1.0  # [s] between two attempts to open a source
@@ -30,6 +30,30 @@ class Sink(Protocol):
 
     def ended(self) -> None:
         """Handle the end of the source after its last image; Capture.start plays it again."""
+
+
+class FrameSchedule:
+    """A fixed time grid for the images of a file, so that delays do not add up.
+
+    Deadlines at ``rate`` [Hz], the first one at once; ``clock`` returns seconds and never goes back.
+    """
+
+    def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._period, self._clock = 1.0 / rate, clock
+        self.restart()
+
+    def restart(self) -> None:
+        """Start a new grid now, after a break."""
+        self._start, self._slot = self._clock(), 0
+
+    def time_left(self) -> float:
+        """Return the time [s] until the next image is due; 0 or less: it is due."""
+        return self._start + self._slot * self._period - self._clock()
+
+    def advance(self) -> None:
+        """Advance to the next deadline; skip missed ones, so that no burst of images follows."""
+        missed = max(0, int(-self.time_left() / self._period))
+        self._slot += 1 + missed
 
 
 class Capture:

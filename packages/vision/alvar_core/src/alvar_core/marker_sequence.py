@@ -5,11 +5,18 @@ The camera is a webcam with some distortion; the markers have the ids 1 to 5 and
 truth: for each frame the markers with id, corners [px], position [m] and orientation (x y z w) in the camera's optical
 frame. ``ignore`` is set for a marker that is partly covered; one that is covered is not listed. The motion repeats
 after the last frame.
+
+A launch file calls ``main`` before the camera's node starts. It renders into a given folder, or once into a cache in
+ROS_HOME (~/.ros), as other files of ROS, with one folder per version of the sequence.
 """
+import argparse
 import json
 import math
 import os
 import re
+import shutil
+import sys
+import tempfile
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
@@ -17,7 +24,7 @@ import numpy as np
 
 from alvar_core import drawing, rotations
 from alvar_core.camera import Camera, default_camera
-from plain_support import write_whole
+from plain_support import unwritten, write_whole
 
 SET = 'marker_sequence'  # what frames.json says that it describes
 START = f'{{"set": "{SET}"'.encode()
@@ -257,3 +264,44 @@ def calibration_yaml(matrix: Sequence[float], distortion: Sequence[float]) -> st
     text = f'image_width: {WIDTH}\nimage_height: {HEIGHT}\ncamera_name: head_camera\ndistortion_model: plumb_bob\n'
     return text + ''.join(f'{name}:\n  rows: {height}\n  cols: {width}\n  data: {data}\n'
                           for name, height, width, data in rows)
+
+
+def cached(ros_home: str) -> str:
+    """Return the folder with the sequence below ``ros_home``; render the sequence first if needed. Raises OSError."""
+    parent = os.path.join(ros_home, 'turtle_robotont')
+    folder = os.path.join(parent, f'marker_sequence_{VERSION}')
+    if os.path.exists(folder):
+        return folder
+    os.makedirs(parent, exist_ok=True)
+    new = tempfile.mkdtemp(prefix='marker_sequence_', dir=parent)
+    try:
+        render_to(new)
+        os.chmod(new, 0o755)
+        os.rename(new, folder)  # appears complete or not at all
+    except OSError:
+        if not os.path.exists(folder):  # if it does, another launch file was faster
+            raise
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+    return folder
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Render the images; print the folder, without a newline for launch files, or exit with 1 and the reason."""
+    parser = argparse.ArgumentParser(prog='marker_sequence.py', description=__doc__.split('\n')[0])
+    parser.add_argument('--output', metavar='DIR', help='folder for the images (default: rendered once, in ROS_HOME)')
+    options = parser.parse_args(arguments)
+    try:
+        if options.output:
+            folder = os.path.abspath(options.output)
+            os.makedirs(folder, exist_ok=True)
+            others = others_of(folder)
+            if others:
+                sys.exit(f'marker_sequence.py: {folder} has files that would be replaced, such as {others[-1]}. Choose '
+                         'another folder with --output')
+            render_to(folder)
+        else:
+            folder = cached(os.environ.get('ROS_HOME') or os.path.expanduser('~/.ros'))
+    except OSError as error:
+        sys.exit(f'marker_sequence.py: {unwritten(error, "choose another folder with --output")}')
+    print(folder, end='', flush=True)

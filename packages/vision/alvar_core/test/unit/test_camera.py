@@ -1,12 +1,11 @@
-"""alvar_core.fisheye against OpenCV's own projection, and markers seen through such a lens."""
+"""alvar_core.camera.FisheyeCamera against OpenCV's own projection, and markers seen through such a lens."""
 import cv2
 import numpy as np
 import pytest
 
 from alvar_core import rotations
-from alvar_core.camera import CameraError
+from alvar_core.camera import CameraError, FisheyeCamera
 from alvar_core.detection.detector import Detector
-from alvar_core.fisheye import FisheyeCamera
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
 MATRIX = [300.0, 0, 319.5, 0, 305.0, 239.5, 0, 0, 1]

@@ -1,1 +1,0 @@
-"""Rendered pictures of AR markers with their ground truth. Without ROS."""
