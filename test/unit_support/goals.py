@@ -1,17 +1,15 @@
-"""Random goals in the minimaze, without ROS: the planners of move_base with a simulated robot, laser scanner and walls.
+"""Goals in the minimaze, without ROS: the planners of move_base with a simulated robot, laser scanner and walls.
 
 Map and pose are the true ones, so that only planning and following are measured. Settings are those of
 robotont_navigation. Units: m, rad, s.
 """
 import math
-import random
 import time
 from typing import NamedTuple
 
 import numpy as np
 import yaml
 
-from figures import Figure, Target, median, p95
 from kinematic_core.worlds import rays
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.robot_world import RobotWorld
@@ -26,7 +24,6 @@ from unit_support import REPOSITORY, maze_drive
 
 CONFIG = REPOSITORY / 'packages' / 'navigation' / 'robotont_navigation' / 'config'
 RESOLUTION = 0.05  # [m] a cell of the map
-GOALS = 2.6  # [m] they are within +- this of the middle
 LONGEST = 120.0  # [s] for a goal
 CLOSE = 0.1  # [m, rad]
 DETOUR = 1.2  # times the shortest path
@@ -158,36 +155,3 @@ class SimulatedRobot:
         return Drive(self._navigator.state == State.REACHED, math.dist(pose[:2], goal[:2]),
                      abs(float(wrap(pose.yaw - goal.yaw))), collisions, length, shortest, world.time - begin, control,
                      self.plans)
-
-
-def drives(number, seed):
-    """Return the Drives to ``number`` random goals, each from the end of the one before."""
-    numbers, robot, found = random.Random(seed), SimulatedRobot(seed), []
-    robot.observe()
-    while len(found) < number:
-        goal = Pose(numbers.uniform(-GOALS, GOALS), numbers.uniform(-GOALS, GOALS), numbers.uniform(-math.pi, math.pi))
-        if robot.shortest(goal) is not None:
-            found.append(robot.drive(goal))
-    return found
-
-
-def measured(number=20, seed=1):
-    """Return {figure key: samples} of ``number`` goals."""
-    found = drives(number, seed)
-    return {'goals': [100.0 * sum(drive.good for drive in found) / number],
-            'goal_distance': [drive.distance for drive in found], 'goal_turn': [drive.turn for drive in found],
-            'collisions': [sum(drive.collisions for drive in found)],
-            'detour': [drive.length / drive.shortest for drive in found if drive.shortest > SHORT],
-            'plan': [1e3 * each for drive in found for each in drive.plans],
-            'control': [100.0 * sum(sum(drive.control) for drive in found) / sum(drive.seconds for drive in found)]}
-
-
-FIGURES = (
-    Figure('random goals that meet all targets', 'goals', '%', median, Target('at_least', 100.0)),
-    Figure('distance from the goal at the end, largest', 'goal_distance', 'm', max, Target('below', CLOSE)),
-    Figure('heading there, largest error', 'goal_turn', 'rad', max, Target('below', CLOSE)),
-    Figure('steps in which the robot touched a wall', 'collisions', '', max, Target('at_most', 0.0)),
-    Figure('length of the drive over the shortest path, largest', 'detour', '', max, Target('at_most', DETOUR)),
-    Figure('CPU of a plan, 8 m x 8 m', 'plan', 'ms', p95, Target('at_most', 20.0)),
-    Figure('share of a core: control at 10 Hz, scans at 5 Hz', 'control', '%', median, Target('at_most', 20.0)),
-)

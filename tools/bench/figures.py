@@ -83,17 +83,13 @@ class Target:
 
 @dataclass(frozen=True)
 class Figure:
-    """One line of the table: ``reduce`` makes one number, in ``unit``, of the samples under ``key``.
-
-    ``required``: the bench ends with exit code 1 if the target is missed; others depend on the machine's speed.
-    """
+    """One line of the table: ``reduce`` makes one number, in ``unit``, of the samples under ``key``."""
 
     name: str
     key: str
     unit: str
     reduce: object = median
     target: Optional[Target] = None
-    required: bool = False
 
 
 @dataclass(frozen=True)

@@ -37,15 +37,12 @@ POSE = {'header': {'frame_id': 'map'}, 'pose': {'position': {'x': 1.5, 'y': -2.5
 ZERO = {part: dict.fromkeys('xyz', 0.0) for part in ('linear', 'angular')}
 
 
-def connected(port=None):
-    """Return a connection to a server, rosbridge's by default, once it listens.
-
-    The master may still have the port of an earlier one.
-    """
+def connected():
+    """Return a connection to the server once it listens. The master may still have the port of an earlier one."""
     deadline = clock() + COME_UP
     while True:
         try:
-            return WebSocket(('127.0.0.1', port or rospy.get_param(PORT)), COME_UP)
+            return WebSocket(('127.0.0.1', rospy.get_param(PORT)), COME_UP)
         except (OSError, KeyError):
             if clock() > deadline:
                 raise

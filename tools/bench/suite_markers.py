@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 
 import class_scores
-import peers
 from alvar_core.camera import Camera, default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import MIN_IMAGE_SIDE
@@ -82,13 +81,10 @@ _kept = {}  # of the first round of classes: {tool: {class: Score}}
 def use(options):
     """Measure on the folder of the options; raise BenchError for a folder without frames, or without images."""
     _chosen['folder'] = pathlib.Path(options.folder or FOLDER)
-    if options.none:
-        options.only = ['none']
-    elif options.only is None:
-        options.only = [name for name in MEASUREMENTS if name not in ON_DEMAND]
+    options.only = ['none'] if options.none else options.only or [name for name in MEASUREMENTS if name != 'none']
     if 'none' in options.only and not options.folder:
         raise BenchError('--none needs a folder of images: ./run bench markers FOLDER --none')
-    if set(options.only) - set(ON_DEMAND):
+    if options.only != ['none']:
         frames()
 
 
@@ -233,12 +229,6 @@ def classes(_subject, scale):
     return {**class_scores.samples(_kept['here']), **class_scores.samples(_kept[SHOWN], 'gamma_class')}
 
 
-def beside(_subject, scale):
-    """Return the CPU times beside those of a peer."""
-    cv2.setNumThreads(1)
-    return peers.times(max(1, peers.PHOTOS // scale))
-
-
 def none(_subject, _scale):
     """Return what is found in the images of the folder and its subfolders, in which there is no marker.
 
@@ -269,10 +259,9 @@ MEASUREMENTS = {
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
-    'beside': Measurement(beside, 'CPU beside napa-vision, which is installed for it; only if named', in_process=True),
     'none': Measurement(none, 'false detections in images without markers, --none', in_process=True),
 }
-ON_DEMAND = 'beside', 'none'
+
 
 
 def preface(pools):
@@ -328,9 +317,6 @@ def _time_figures():
     for key, words, limits in (('ours', 'single', (3.5, 5.0)), ('tracking', 'with tracking', (2.0, 3.5))):
         for size, limit in zip(SIZES, limits):
             yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median, Target('below', limit))
-    for key, words, limit in ('single', 'single', 4.0), ('tracked', 'with tracking', 2.0):
-        yield Figure(f'beside napa-vision, {words}, CPU', f'beside_{key}', 'times', median, Target('below', limit))
-    yield Figure('napa-vision, CPU, median', 'beside_peer', 'ms', median)
     yield Figure('found while tracking, of those found singly', 'tracking_found', '%', median, Target('at_least', 99.0))
 
 

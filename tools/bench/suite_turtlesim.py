@@ -4,13 +4,12 @@ A suite is a module suite_NAME.py with PACKAGE and EXECUTABLE (the node that ros
 MEASUREMENTS: {name: session.Measurement}, with FULL and QUICK, the scales that their run() gets.
 """
 
-import time
 from functools import partial
 from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median, p95
-from processes import Cpu, tree, tree_memory
-from session import FULL, QUICK, SETTLE, Measurement, answer, listened, seconds_to_first
+from processes import Cpu, tree_memory
+from session import FULL, QUICK, Measurement, answer, listened, seconds_to_first
 
 PACKAGE = 'turtlesim'
 EXECUTABLE = 'turtlesim_node'
@@ -18,8 +17,6 @@ PROBE = 'turtlesim_probe'
 TURTLE_COUNTS = (1, 100)
 SERVICES = ('turtle1/set_pen', 'turtle1/teleport_absolute', 'turtle1/teleport_relative', 'clear', 'spawn', 'kill',
             'reset')  # the last: it ends turtles that others need
-MANY = 1000  # turtles
-LAST = 50  # of them
 RATE = 62.5  # [Hz] turtlesim's
 
 __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
@@ -62,34 +59,13 @@ def calls(subject, scale):
             for name in SERVICES}
 
 
-def _descriptors(node):
-    return sum(process.num_fds() for process in tree(node.pid))
-
-
 def _subscribed(subject, node, scale, turtles, **arguments):
     """Return {figure key: value} of a node while every pose has a subscriber."""
     with subject.probe(PROBE, 'listen', seconds=scale.window, turtles=turtles, **arguments) as probe:
-        answer(probe, 0.1 * MANY, node)
+        answer(probe, 0.1 * turtles, node)
         cpu = Cpu(node.pid)
         rates = answer(probe, scale.window, node)['rates']
         return {'cpu': cpu.percent(), 'mean': sum(rates) / len(rates), 'worst': min(rates)}
-
-
-def thousand(subject, scale):
-    """Measure spawning a thousand turtles, listening to all of them, and resetting."""
-    with subject.node() as node:
-        subject.ask(node, PROBE, 'calls', service='turtle1/set_pen', count=2)  # the memory of the first calls stays
-        files = _descriptors(node)
-        spawned = subject.ask(node, PROBE, 'many', 0.2 * MANY, turtles=MANY)
-        found, (memory, _) = _subscribed(subject, node, scale, MANY), tree_memory(node.pid)
-        end = subject.ask(node, PROBE, 'reset')
-        time.sleep(SETTLE)
-        more = _descriptors(node) - files
-    times = [1e3 * seconds for seconds in spawned['times']]
-    return {f'{key}_{MANY}': [value] for key, value in {
-        'spawn': median(times), 'spawn_last': median(times[-LAST:]), 'spawn_gap': 1e3 * spawned['gap'],
-        'cpu_subscribed': found['cpu'], 'rate_mean': found['mean'], 'rate_worst': found['worst'], 'rss': memory,
-        'reset': end['seconds'], 'reset_gap': 1e3 * end['gap'], 'files_more': more}.items()}
 
 
 def load(turtles, subject, scale):
@@ -116,23 +92,8 @@ MEASUREMENTS = {
     'calls': Measurement(calls, 'all services, back to back'),
     **{f'turtles_{count}': Measurement(partial(load, count), f'CPU, memory and rates with {in_words(count)}')
        for count in TURTLE_COUNTS},
-    f'turtles_{MANY}': Measurement(thousand, f'spawning, listening to and resetting {MANY} turtles'),
     'core': Measurement(core, 'ticks of core and canvas', in_process=True),
 }
-
-
-def _many_figures():
-    for name, key, unit, target in (
-            ('spawn, median', 'spawn', 'ms', Target('below', 18.0)),
-            (f'spawn, the last {LAST}', 'spawn_last', 'ms', Target('below', 18.0)),
-            ('longest pose gap while spawning', 'spawn_gap', 'ms', Target('below', 60.0)),
-            ('CPU, all subscribed', 'cpu_subscribed', '% of a core', Target('below', 100.0)),
-            ('pose rate, mean', 'rate_mean', 'Hz', Target('at_least', 62.0)),
-            ('pose rate, worst', 'rate_worst', 'Hz', None), ('memory', 'rss', 'MB', None),
-            ('reset', 'reset', 's', Target('below', 1.0)),
-            ('longest pose gap while resetting', 'reset_gap', 'ms', Target('below', 60.0)),
-            ('descriptors left after the reset', 'files_more', 'files', Target('below', 3.0))):
-        yield Figure(f'{in_words(MANY)}, {name}', f'{key}_{MANY}', unit, median, target)
 
 
 def _load_figures():
@@ -162,6 +123,5 @@ FIGURES = (
     *(Figure(f'{word(name)}, back to back, median', f'{word(name)}_back', 'ms', median, Target('ratio', 1.05))
       for name in SERVICES),
     *_load_figures(),
-    *_many_figures(),
     *_core_figures(),
 )

@@ -13,10 +13,10 @@ from std_srvs.srv import Empty
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
-from figures import intervals, stratified_phases
+from figures import stratified_phases
 from probing import COME_UP, Silent, await_true, clock, say
 from rostest_support import tcpros
-from topic_probe import awaited, drive
+from topic_probe import drive
 
 POSE = struct.Struct('<5f')  # x, y, theta, linear_velocity, angular_velocity
 FRAME = 4 + POSE.size  # [bytes] of a pose on its connection
@@ -132,17 +132,8 @@ def calls(service, count):
 
 
 def many(turtles):
-    """Spawn turtles up to this number: times [s], and turtle1's longest pose gap [s]."""
-    stamps, caller = awaited('turtle1/pose'), Caller('spawn')
-    stamps.clear()
-    times = [caller.time(f'turtle{number}') for number in range(2, turtles + 1)]
-    say(times=times, gap=max(intervals(stamps), default=0.0))
-
-
-def reset():
-    """Report the time [s] of a reset and turtle1's longest pose gap [s] during it and shortly after."""
-    stamps, caller = awaited('turtle1/pose'), Caller('reset')
-    stamps.clear()
-    seconds = caller.time('')
-    time.sleep(SETTLE)
-    say(seconds=seconds, gap=max(intervals(stamps)))
+    """Spawn turtles up to this number."""
+    caller = Caller('spawn')
+    for number in range(2, turtles + 1):
+        caller.time(f'turtle{number}')
+    say(spawned=True)

@@ -1,26 +1,11 @@
-"""./run bench navigation with a peer: what is measured, the log of a carried robot. No node is started."""
-import argparse
+"""./run bench navigation: when a robot is found, and the log of a carried robot. No node is started."""
 import math
 
 import pytest
 
-import stacks
 import suite_navigation
 from navigation_core.poses import Pose
 from unit_support import maze_drive
-
-
-def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(tmp_path):
-    (tmp_path / 'devel').mkdir()
-    (tmp_path / 'devel' / 'env.sh').touch()
-    chosen = []
-    for peer, only in ((None, None), (str(tmp_path), None), (str(tmp_path), ['map_bad'])):
-        options = argparse.Namespace(peer=peer, only=only)
-        suite_navigation.use(options)
-        chosen.append(options.only)
-    core, nodes, own = chosen
-    assert 'map_bad' in core and 'nodes_map_bad' in nodes and own == ['map_bad']
-    assert set(core).isdisjoint(nodes) and set(core) | set(nodes) == set(suite_navigation.MEASUREMENTS)
 
 
 @pytest.mark.parametrize('errors, expected', [
@@ -28,7 +13,7 @@ def test_with_a_peer_only_nodes_are_measured_unless_the_user_chooses(tmp_path):
     ([0.1] * 5 + [1.0] * 5 + [0.1] * 40, 2.0),  # found by chance, lost again
     ([None] * 3 + [0.1] * 40, 0.6), ([1.0] * 50, 10.0)])
 def test_a_robot_is_found_once_it_is_not_lost_again(errors, expected):
-    assert stacks.until_found(errors) == pytest.approx(expected)
+    assert suite_navigation.until_found(errors) == pytest.approx(expected)
 
 
 def test_the_wheels_of_a_carried_robot_do_not_turn():
