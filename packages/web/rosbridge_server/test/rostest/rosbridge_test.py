@@ -1,17 +1,13 @@
 #!/usr/bin/env python3
 """rosbridge_websocket from outside: the protocol between a WebSocket client and nodes of ROS, and refusals."""
-import asyncio
+import collections
 import http.client
 import json
 import math
-import queue
 import threading
-import time
 
 import cbor2
 import rospy
-import tornado.httpclient
-import tornado.websocket
 from geometry_msgs.msg import PointStamped, Twist
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float64, String
@@ -19,56 +15,32 @@ from std_srvs.srv import SetBool
 from turtlesim.msg import Pose
 
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, proxy, run, until
-from rostest_support.websocket_client import WebSocket
+from rostest_support.websocket_client import Ended, WebSocket
 
 NODE = '/rosbridge_websocket'
-LOOP = asyncio.new_event_loop()
 
 
-class Client:
-    """A WebSocket client; ``received`` has its messages, and None once the connection is closed."""
+class Client(WebSocket):
+    """A client that reads the server's operations one by one."""
 
     def __init__(self, port, **headers):
-        self.received = queue.Queue()
-        request = tornado.httpclient.HTTPRequest(f'ws://localhost:{port}/', headers=headers)
-        self._connection = self._wait(lambda: tornado.websocket.websocket_connect(
-            request, on_message_callback=self.received.put))
-
-    @staticmethod
-    def _wait(start):
-        async def wait():
-            return await start()
-        return asyncio.run_coroutine_threadsafe(wait(), LOOP).result(DEADLINE)
-
-    def send(self, frame=None, **operation):
-        """Send a frame, or an operation as JSON."""
-        data = json.dumps(operation) if frame is None else frame
-        self._wait(lambda: self._connection.write_message(data, isinstance(data, bytes)))
+        super().__init__(('localhost', port), DEADLINE, headers.items())
+        self._frames = collections.deque()
 
     def next(self, op=None):
-        """Return the next operation, of this kind if one is given; None if the connection is closed."""
-        deadline = time.monotonic() + DEADLINE
+        """Return the next operation, of this kind if one is given."""
         while True:
-            frame = self.received.get(timeout=max(0.01, deadline - time.monotonic()))
-            if frame is None:
-                return None
-            text = isinstance(frame, str)
-            operation = json.loads(frame, parse_constant=self._no_json) if text else cbor2.loads(frame)
+            while not self._frames:
+                self._frames.extend(self.frames())
+            frame = self._frames.popleft()
+            operation = json.loads(frame) if frame.startswith(b'{') else cbor2.loads(frame)
             if op in (None, operation['op']):
                 return operation
-
-    @staticmethod
-    def _no_json(name):
-        raise AssertionError(f'{name} is not JSON')
 
     def call(self, service, /, **arguments):
         """Return the response of a service."""
         self.send(op='call_service', service=service, args=arguments)
         return self.next('service_response')
-
-    def close(self):
-        """Close the connection."""
-        LOOP.call_soon_threadsafe(self._connection.close)
 
 
 class RosbridgeTest(SimulatorCase):
@@ -219,9 +191,7 @@ class RosbridgeTest(SimulatorCase):
 
     def test_client_that_reads_nothing_delays_nobody(self):
         publisher = rospy.Publisher('/images', Image, queue_size=1)
-        raw = WebSocket(('localhost', self.port), DEADLINE)
-        self.addCleanup(raw.close)
-        raw.subscribe('/images', 'sensor_msgs/Image')
+        self.client().subscribe('/images', 'sensor_msgs/Image')
         until(publisher.get_num_connections, 'the subscription')
         good = self.client()
         good.send(op='subscribe', topic='/images', throttle_rate=1)
@@ -234,8 +204,9 @@ class RosbridgeTest(SimulatorCase):
 
     def test_foreign_pages_are_refused(self):
         for headers in ({'Origin': 'http://evil.example'}, {'Host': 'evil.example'}):
-            with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '403'):
+            with self.assertRaises(Ended) as refused:
                 self.client(**headers)
+            self.assertEqual(403, refused.exception.code)
             self.assertEqual(403, self.page('/browser.png', **headers)[0])
         self.assertTrue(self.client(Origin='http://localhost:8000').call('/rosapi/get_time')['result'])
         status, data = self.page('/browser.png')
@@ -243,5 +214,4 @@ class RosbridgeTest(SimulatorCase):
 
 
 if __name__ == '__main__':
-    threading.Thread(target=LOOP.run_forever, daemon=True).start()
     run(RosbridgeTest)
