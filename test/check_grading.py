@@ -117,7 +117,7 @@ def check_samples(path, folder):
 
 
 def check_packages(path, folder):
-    """Return the same for launch files of a package, of which each student has a copy, and for programs beside them."""
+    """Return the errors in the gradings of launch files, and of programs beside them, in a package for each student."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
     for sample in samples_of(path.name):
         expected.update(hand_in(path.name, sample, students / sample.stem))

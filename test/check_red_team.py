@@ -143,7 +143,7 @@ def of_gradings(folder):
 
 
 def _check(level, folder, programs, honest):
-    """Return the same of one class."""
+    """Return the errors after grading one class, and {student: {exercise: Verdict}}."""
     expected = make_class(folder / 'class', level, programs, honest)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
