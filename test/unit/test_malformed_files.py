@@ -141,7 +141,7 @@ ENTITIES = ('<!DOCTYPE a [<!ENTITY a0 "ha">'
             + ''.join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10}">' for n in range(1, 12)) + ']>')
 
 
-@pytest.mark.parametrize('yaml_text, xml_text, said', [
+@pytest.mark.parametrize('yaml_text, xml_text, message', [
     ('[' * 5000, '<a>' * 5000, ['line 1']),
     ('[' * 5000 + ']' * 5000, '<sdf><world>' + '<model>' * 5000 + '</model>' * 5000 + '</world></sdf>', ['100']),
     ('- ' * 5000 + 'a', '<multimarker markers="1">' + '<marker>' * 5000 + '</marker>' * 5000 + '</multimarker>',
@@ -154,11 +154,11 @@ ENTITIES = ('<!DOCTYPE a [<!ENTITY a0 "ha">'
     ('a: !!int x', '<sdf/>', []), ('a: !!timestamp x', '<a:sdf/>', []), ('a: 2001-99-99', '<world/>', []),
     ('a: ' + '9' * 5000, '', []), ('{[a]: b}', '\0', []), ('a: \0', '<sdf>\0</sdf>', []), ('\xff', '<sdf><world/>', []),
 ])
-def test_files_that_are_made_to_hurt(kind, path, yaml_text, xml_text, said):
+def test_files_that_are_made_to_hurt(kind, path, yaml_text, xml_text, message):
     begin = time.monotonic()
     text = check(kind, path, yaml_text if KINDS[kind][0] == '.yaml' else xml_text)
     assert text and time.monotonic() < begin + TIME_LIMIT
-    assert all(word in text for word in said)
+    assert all(word in text for word in message)
 
 
 def test_bytes_that_are_no_text_and_an_empty_file(kind, path):
@@ -182,7 +182,7 @@ def test_aliases_and_small_things_are_allowed():
     assert (root.tag, root.attrib, root.text, root[0].tail) == ('a', {'b': '<'}, 'x', '&')
 
 
-@pytest.mark.parametrize('entry, said', [
+@pytest.mark.parametrize('entry, message', [
     ('{name: [1, 2], x: 0, y: 0, yaw: 0, length: 1, width: 1, height: 1}',
      'boxes[0]: name is [1, 2]; it must be a string'),
     ('{name: a, x: [1, 2], y: 0, yaw: 0, length: 1, width: 1, height: 1}',
@@ -191,5 +191,5 @@ def test_aliases_and_small_things_are_allowed():
      "a: colour is {'r': 1}; it must be"),
     ('[1]', 'boxes[0] is [1]; it must be a mapping'),
 ])
-def test_a_world_names_place_value_and_what_is_allowed(tmp_path, entry, said):
-    assert said in check('world', tmp_path / 'a.yaml', f'boxes: [{entry}]')
+def test_a_world_names_place_value_and_what_is_allowed(tmp_path, entry, message):
+    assert message in check('world', tmp_path / 'a.yaml', f'boxes: [{entry}]')

@@ -16,7 +16,7 @@ def picture(corners=((100, 100), (300, 100), (300, 300)), colour=PEN, turtle=(30
     return canvas
 
 
-@pytest.mark.parametrize('saved, said', [
+@pytest.mark.parametrize('saved, message', [
     (picture(), ''),
     (picture(corners=((102, 101), (301, 102), (302, 298))), ''),  # within REACH
     (picture(turtle=(100, 100)), ''),  # covers another part of the path
@@ -27,24 +27,24 @@ def picture(corners=((100, 100), (300, 100), (300, 300)), colour=PEN, turtle=(30
     (picture(size=400), 'its size is 400 x 400 px'),
     (np.full((500, 500, 3), 255, np.uint8), 'the background is another one'),
 ])
-def test_differences_from_the_page(saved, said):
+def test_differences_from_the_page(saved, message):
     found = pictures.differences(picture(), saved)
-    assert said in found and bool(found) == bool(said)
+    assert message in found and bool(found) == bool(message)
 
 
-@pytest.mark.parametrize('drawn, said', [
+@pytest.mark.parametrize('drawn, message', [
     ((), ''),  # the same path
     (((100, 100), (300, 100)), 'it lacks 4'),  # the rest is covered by no turtle
     (((100, 100), (300, 100), (300, 300), (100, 300)), 'has beyond the page 32 %'),
     (((0, 0),), 'nothing is drawn'),
 ])
-def test_differences_of_a_canvas_without_turtles(drawn, said):
+def test_differences_of_a_canvas_without_turtles(drawn, message):
     canvas = picture(*([drawn] if drawn else []))
     canvas[(canvas == GREEN).all(axis=2)] = GROUND
     if not drawn:
         cv2.polylines(canvas, [np.array([[300, 280], [300, 300]])], False, PEN, 3)  # what the turtle hides
     found = pictures.differences_of_canvas(picture(), canvas)
-    assert said in found and bool(found) == bool(said)
+    assert message in found and bool(found) == bool(message)
 
 
 def test_a_canvas_that_is_not_there_differs():

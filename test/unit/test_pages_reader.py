@@ -69,7 +69,7 @@ def test_actions_of_a_page():
         page.File(1, '~/ws/d.launch', '<launch/>\n')]
 
 
-@pytest.mark.parametrize('text, said', [
+@pytest.mark.parametrize('text, message', [
     ('press <kbd>q</kbd>', 'does not say "in terminal N press"'),
     ('in terminal 1 press <kbd>F13</kbd>', 'there is no key F13'),
     ('```text\nx\n```\n', 'output before any command'),
@@ -77,8 +77,8 @@ def test_actions_of_a_page():
     ('```bash\nls # terminal 2\n```\nText\n\n<!-- file: a.py -->\n```python\npass\n```\n',
      'does not say "as `NAME.py`"'),
 ])
-def test_what_cannot_be_read_is_named(text, said):
-    with pytest.raises(page.PageError, match='.*' + said.replace('`', '.')):
+def test_what_cannot_be_read_is_named(text, message):
+    with pytest.raises(page.PageError, match='.*' + message.replace('`', '.')):
         page.actions(text)
 
 

@@ -225,7 +225,7 @@ SAMPLE_README = '''
 '''
 
 
-@pytest.mark.parametrize('right, wrong, said', [
+@pytest.mark.parametrize('right, wrong, message', [
     ('', '', []),
     ('`~off`', '`~on`', ['~off is missing', '~on is not in the code']),
     ('`scale`', '', ['scale is not mentioned']),
@@ -236,9 +236,9 @@ SAMPLE_README = '''
     ('| `~r` | int', '| `~r` | text', ["~r: type is 'text', in the code int "]),
     ('[x, y], m', '[x, y]', ["~corners: type is 'list of [x, y]', in the code list of m"]),
 ])
-def test_every_difference_is_found(right, wrong, said):
+def test_every_difference_is_found(right, wrong, message):
     assert right in SAMPLE_README
-    assert parameter_differences(SAMPLE, SAMPLE_README.replace(right, wrong, 1)) == said
+    assert parameter_differences(SAMPLE, SAMPLE_README.replace(right, wrong, 1)) == message
 
 
 LESSON = """turtle = rospy.get_param('~turtle', '')
@@ -255,10 +255,10 @@ LESSON_README = """
 """
 
 
-@pytest.mark.parametrize('right, wrong, said', [
+@pytest.mark.parametrize('right, wrong, message', [
     ('', '', []),
     ('`~size`', '`~side`', ['~size is missing', '~side is not in the code']),
     ('| 2.0 |', '| 3.0 |', ["~size: default is '3.0', in the code 2.0"]),
 ])
-def test_differences_of_a_lesson_without_checks_are_found(right, wrong, said):
-    assert unchecked_differences(unchecked_parameters(LESSON), LESSON_README.replace(right, wrong, 1)) == said
+def test_differences_of_a_lesson_without_checks_are_found(right, wrong, message):
+    assert unchecked_differences(unchecked_parameters(LESSON), LESSON_README.replace(right, wrong, 1)) == message

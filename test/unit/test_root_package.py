@@ -61,9 +61,9 @@ def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
     workspace = make_workspace(tmp_path)
     result = run(tool, folder=workspace)
     assert result.returncode != 0
-    said = ' '.join(result.stdout.split())
+    output = ' '.join(result.stdout.split())
     assert f'There is no package turtlesim here; turtle_robotont brings one along. Type: {REPOSITORY}/run link ' \
-           f'{workspace}' in said
+           f'{workspace}' in output
 
 
 @pytest.mark.nightly
@@ -117,19 +117,19 @@ def test_program_starts_from_the_install_space(installed, master, tmp_path, scri
     try:
         if script in STARTERS:
             assert process.wait(START_TIMEOUT) == 1
-            assert f'{script}: the package {STARTERS[script]} is not in this workspace' in said(tmp_path)
-            assert 'run link ~/catkin_ws' in said(tmp_path)
+            assert f'{script}: the package {STARTERS[script]} is not in this workspace' in printed(tmp_path)
+            assert 'run link ~/catkin_ws' in printed(tmp_path)
             return
         end = time.monotonic() + START_TIMEOUT
         while nodes_of(master) <= before:
-            assert process.poll() is None and time.monotonic() < end, said(tmp_path)
+            assert process.poll() is None and time.monotonic() < end, printed(tmp_path)
             time.sleep(0.05)
     finally:
         process.kill()
         process.wait()
 
 
-def said(folder):
+def printed(folder):
     return (folder / 'output').read_text()
 
 

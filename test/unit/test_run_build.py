@@ -129,8 +129,9 @@ def test_who_waits_is_told_for_whom(tmp_path):
         with subprocess.Popen(['bash', '-euc', lock, REPOSITORY, './run build', '-x'], env=environment, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE) as build:
             assert build.stderr.readline() == 'Waiting until another terminal is done:\n'
-            said = build.stderr.readline()
-            assert said.startswith('  ./run demo maze, which has run for ') and said.endswith(f'(process {demo.pid})\n')
+            message = build.stderr.readline()
+            assert message.startswith('  ./run demo maze, which has run for ')
+            assert message.endswith(f'(process {demo.pid})\n')
             demo.stdin.close()
             assert build.stdout.readline() == 'locked\n'
             assert build.wait() == 0
@@ -144,17 +145,17 @@ def test_a_step_that_is_interrupted_has_not_failed(tmp_path):
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}) as process:
         until(lambda: (tmp_path / 'run.log').exists() and 'works' in (tmp_path / 'run.log').read_text())
         os.killpg(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=DEADLINE)[1]
-    assert process.returncode == 130, said
-    assert 'interrupted after' in said and 'Type ./run build to continue' in said and 'FAILED' not in said
+        message = process.communicate(timeout=DEADLINE)[1]
+    assert process.returncode == 130, message
+    assert 'interrupted after' in message and 'Type ./run build to continue' in message and 'FAILED' not in message
 
 
-@pytest.mark.parametrize('command, code, said', [
+@pytest.mark.parametrize('command, code, message', [
     ('true', 0, '[3/3] Building the workspace ...\n[3/3] done in '), ('false', 1, '[3/3] FAILED after ')])
-def test_a_step_says_how_it_ended_and_leaves_nothing_running(tmp_path, command, code, said):
+def test_a_step_says_how_it_ended_and_leaves_nothing_running(tmp_path, command, code, message):
     done = subprocess.run(['bash', '-euc', STEP + command, REPOSITORY, tmp_path], capture_output=True, text=True,
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, timeout=DEADLINE, check=False)
-    assert done.returncode == code and said in done.stderr
+    assert done.returncode == code and message in done.stderr
 
 
 @pytest.mark.parametrize('folder, runs', [('devel/lib/turtlesim', True), ('venv/bin', True), ('src/own', False)])
@@ -188,9 +189,10 @@ def test_clean_takes_no_argument_and_spares_a_workspace_in_use(tmp_path):
     for argument in ('--dry-run', str(tmp_path), 'now'):
         assert clean(argument) == (2, f'{clean_usage()}\n') and program.exists()
     with subprocess.Popen([program], stdin=subprocess.PIPE) as process:
-        code, said = clean()
+        code, message = clean()
         process.stdin.close()
-    assert code == 1 and 'programs of this workspace are running' in said and program.name in said and program.exists()
+    assert code == 1 and 'programs of this workspace are running' in message
+    assert program.name in message and program.exists()
     assert clean()[0] == 0 and not workspace.exists()
 
 

@@ -22,13 +22,13 @@ def run(home, *arguments):
 @pytest.mark.parametrize('command', COMMANDS)
 @pytest.mark.parametrize('arguments', [('--help',), ('-h',), ('word', '--help')], ids=' '.join)
 def test_help_needs_no_installation(tmp_path, command, arguments):
-    said = run(tmp_path, command, *arguments)
-    assert f'./run {command}' in said or command == 'help'
-    assert said.startswith('usage: ./run')
+    message = run(tmp_path, command, *arguments)
+    assert f'./run {command}' in message or command == 'help'
+    assert message.startswith('usage: ./run')
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize('arguments, said', [
+@pytest.mark.parametrize('arguments, message', [
     (['link'], 'usage: ./run link [--without-solutions] FOLDER\n  links all packages into your own catkin workspace'),
     (['link', 'a', 'b'], 'usage: ./run link [--without-solutions] FOLDER\n'),
     (['build', '--rvizz'], 'usage: ./run build [--rviz]\n'),
@@ -37,11 +37,11 @@ def test_help_needs_no_installation(tmp_path, command, arguments):
     (['stress', 'web'], './run stress is gone; its attacks are tests: ./run test attacks\n'),
     (['zzzz'], "there is no command 'zzzz'. The commands are:\n\nLearning:\n  shell "),
 ])
-def test_wrong_usage_gets_the_usage_of_the_command(tmp_path, arguments, said):
+def test_wrong_usage_gets_the_usage_of_the_command(tmp_path, arguments, message):
     environment = {'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path), 'LANG': 'C.UTF-8'}
     done = subprocess.run([REPOSITORY / 'run', *arguments], env=environment, stdin=subprocess.DEVNULL, text=True,
                           capture_output=True, check=False, cwd=tmp_path)
-    assert done.returncode == 2 and said in done.stderr
+    assert done.returncode == 2 and message in done.stderr
     assert os.listdir(tmp_path) == []
 
 

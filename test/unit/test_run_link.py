@@ -33,8 +33,8 @@ def link(folder):
     return result.returncode, result.stderr
 
 
-def left_out(said):
-    return set(re.findall('Left out: the stand-in ([a-z0-9_]+),', said))
+def left_out(output):
+    return set(re.findall('Left out: the stand-in ([a-z0-9_]+),', output))
 
 
 def links_of(src):
@@ -44,14 +44,14 @@ def links_of(src):
 @pytest.mark.parametrize('inner', ['', 'src'])
 def test_every_package_is_linked_once_however_often(src, inner):
     for _ in range(2):
-        code, said = link(src.parent / inner)
-        assert code == 0, said
+        code, output = link(src.parent / inner)
+        assert code == 0, output
     assert links_of(src) == {**PACKAGES, 'turtle_robotont': REPOSITORY}, f'installed are {INSTALLED}'
-    assert left_out(said) == LEFT_OUT and f'plain_support {PACKAGES["plain_support"]}' in said
-    assert said.endswith(f'Build it: cd {src.parent} && catkin_make\n')
+    assert left_out(output) == LEFT_OUT and f'plain_support {PACKAGES["plain_support"]}' in output
+    assert output.endswith(f'Build it: cd {src.parent} && catkin_make\n')
     lacks_opencv = bool(subprocess.run(['/usr/bin/python3', '-c', 'import cv2'], capture_output=True,
                                        check=False).returncode)
-    line = re.search(r'\n  sudo apt-get install --no-install-recommends (.*)\n', said)
+    line = re.search(r'\n  sudo apt-get install --no-install-recommends (.*)\n', output)
     assert bool(line and 'python3-opencv' in line[1].split()) == lacks_opencv
 
 
@@ -59,8 +59,8 @@ def test_every_package_is_linked_once_however_often(src, inner):
 def test_a_package_of_the_users_own_stays_and_wins(src, place):
     (src / place).mkdir(parents=True)
     (src / place / 'package.xml').write_text('<package><name>turtlesim</name></package>')
-    code, said = link(src.parent)
-    assert code == 0 and 'Left out: the stand-in turtlesim' in said
+    code, output = link(src.parent)
+    assert code == 0 and 'Left out: the stand-in turtlesim' in output
     assert set(links_of(src)) == {*PACKAGES, 'turtle_robotont'} - {'turtlesim'}
 
 
@@ -71,11 +71,11 @@ def test_links_of_the_users_own_stay(src, tmp_path):
     assert {'elsewhere', 'CMakeLists.txt'} < set(links_of(src))
 
 
-@pytest.mark.parametrize('folder, said', [('{tmp}/nowhere', 'mkdir -p {tmp}/nowhere/src'),
-                                          (str(REPOSITORY / 'test'), 'is not a catkin workspace')])
-def test_other_folders_are_refused(tmp_path, folder, said):
+@pytest.mark.parametrize('folder, message', [
+    ('{tmp}/nowhere', 'mkdir -p {tmp}/nowhere/src'), (str(REPOSITORY / 'test'), 'is not a catkin workspace')])
+def test_other_folders_are_refused(tmp_path, folder, message):
     code, text = link(folder.format(tmp=tmp_path))
-    assert code == 1 and said.format(tmp=tmp_path) in text
+    assert code == 1 and message.format(tmp=tmp_path) in text
 
 
 @pytest.fixture
@@ -104,8 +104,8 @@ def test_a_clone_in_the_workspace_itself_gets_all_other_packages_beside_it(src, 
 def test_another_clone_in_the_workspace_stays_as_it_is(src):
     (src / 'turtle_robotont').mkdir()
     (src / 'turtle_robotont' / 'package.xml').write_text('<package><name>turtle_robotont</name></package>')
-    code, said = link(src.parent)
-    assert code == 0 and 'turtle_robotont is your own package' in said
+    code, output = link(src.parent)
+    assert code == 0 and 'turtle_robotont is your own package' in output
     assert links_of(src / 'turtle_robotont') == {} and set(links_of(src)) == set(PACKAGES)
 
 

@@ -27,16 +27,16 @@ def shell(workspace, bashrc, typed, folder=None, **environment):
     return done.stdout, done.stderr
 
 
-@pytest.mark.parametrize('bashrc, said', [
+@pytest.mark.parametrize('bashrc, message', [
     ('', ''), ('return', ''), ('exec 3>&1\nunset undefined\n', ''), ('set -e\nfalse\nset -u\n', ''),
     ('exec zsh -l\n', 'Left out of your ~/.bashrc: exec zsh -l.'), ('exit 3\n', 'Left out of your ~/.bashrc: exit.'),
     ('[ -t 99 ] || exec /bin/false\n', 'exec /bin/false'), ('cd /\n', ''),
 ])
-def test_the_shell_goes_on_in_the_folder_where_it_was_typed(workspace, bashrc, said):
+def test_the_shell_goes_on_in_the_folder_where_it_was_typed(workspace, bashrc, message):
     typed = 'false; echo "in $PWD, $ROS_HOSTNAME"; exec echo "it was $BASH_VERSION"\n'
     printed, errors = shell(workspace, bashrc, typed)
     assert 'ROS is ready' in printed and f'in {workspace.parent}, localhost' in printed and 'it was 5' in printed
-    assert said in errors and ('Left out' in errors) is bool(said)
+    assert message in errors and ('Left out' in errors) is bool(message)
 
 
 def test_what_a_bashrc_sets_stays(workspace):

@@ -35,16 +35,16 @@ def system(tmp_path):
     return run
 
 
-@pytest.mark.parametrize('unknown, without_candidate, said', [
+@pytest.mark.parametrize('unknown, without_candidate, message', [
     ('ros-std-msgs', '-', 'apt does not offer ros-std-msgs.'),
     ('-', 'python3-rospy', 'apt does not offer python3-rospy.'),
     ('ros-std-msgs', 'python3-tf|catkin|rosbash', 'apt does not offer catkin python3-tf ros-std-msgs and 1 more'),
 ])
-def test_a_system_is_refused_for_the_packages_that_apt_lacks(system, tmp_path, unknown, without_candidate, said):
+def test_a_system_is_refused_for_the_packages_that_apt_lacks(system, tmp_path, unknown, without_candidate, message):
     result = system(STEP, REPOSITORY, tmp_path / 'ws', apt_cache=APT_CACHE % (unknown, without_candidate),
                     apt_get='[[ $* != *install* ]] || touch "$HOME/installed"')
     assert result.returncode == 1
-    assert said in result.stderr and CONTAINER in result.stderr
+    assert message in result.stderr and CONTAINER in result.stderr
     assert not (tmp_path / 'installed').exists()
 
 
@@ -69,14 +69,14 @@ def test_a_system_is_taken_whose_apt_offers_all(system, tmp_path):
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize('complaint, said', [
+@pytest.mark.parametrize('complaint, message', [
     ('The following packages have unmet dependencies:', 'packages.ros.org'),
     ('E: Could not resolve host', 'no network'),
 ])
-def test_what_apt_complains_of_is_explained(system, tmp_path, complaint, said):
+def test_what_apt_complains_of_is_explained(system, tmp_path, complaint, message):
     result = system(STEP, REPOSITORY, tmp_path / 'ws', apt_cache=APT_CACHE % ('-', '-'),
                     apt_get=f'echo "{complaint}"; [[ $* != *install* ]]')
-    assert result.returncode == 1 and said in result.stderr
+    assert result.returncode == 1 and message in result.stderr
 
 
 def test_a_system_without_apt_gets_the_container_before_anything_is_installed(tmp_path):

@@ -25,9 +25,9 @@ def link(*arguments):
 def src(tmp_path_factory):
     folder = tmp_path_factory.mktemp('student') / 'catkin_ws' / 'src'
     folder.mkdir(parents=True)
-    code, said = link('--without-solutions', folder.parent)
-    assert code == 0, said
-    assert 'all commands but demo, test and bench work' in said and said.endswith('&& catkin_make\n')
+    code, output = link('--without-solutions', folder.parent)
+    assert code == 0, output
+    assert 'all commands but demo, test and bench work' in output and output.endswith('&& catkin_make\n')
     return folder
 
 
@@ -110,12 +110,12 @@ def test_commands_that_it_lacks_say_so(copy, command):
 
 
 def test_what_is_there_already_stays(src, tmp_path):
-    code, said = link('--without-solutions', src)
-    assert code == 1 and f'Move it out of the workspace (mv {src}/turtle_robotont ~)' in said
+    code, output = link('--without-solutions', src)
+    assert code == 1 and f'Move it out of the workspace (mv {src}/turtle_robotont ~)' in output
     (tmp_path / 'src').mkdir()
     (tmp_path / 'src' / 'turtle_robotont').symlink_to(REPOSITORY)
-    code, said = link('--without-solutions', tmp_path)
-    assert code == 1 and 'is a link to the solutions' in said
+    code, output = link('--without-solutions', tmp_path)
+    assert code == 1 and 'is a link to the solutions' in output
     assert (tmp_path / 'src' / 'turtle_robotont').is_symlink()
 
 

@@ -26,7 +26,7 @@ def test_a_folder_with_room_is_used_and_left_empty(tmp_path):
 def test_without_room_the_workspace_is_used(tmp_path, tmpdir, before):
     (tmp_path / 'file').write_text('')
     (tmp_path / 'full').mkdir()  # a limit of 16 KB for a file stands for a full disk
-    used, said = room(tmp_path / 'ws', tmp_path / tmpdir, before)
+    used, message = room(tmp_path / 'ws', tmp_path / tmpdir, before)
     assert used == str(tmp_path / 'ws' / 'tmp') and (tmp_path / 'ws' / 'tmp').is_dir()
-    assert str(tmp_path / tmpdir) in said and used in said
+    assert str(tmp_path / tmpdir) in message and used in message
     assert list((tmp_path / 'full').iterdir()) == []

@@ -29,15 +29,15 @@ def tree(tmp_path):
     return call
 
 
-@pytest.mark.parametrize('arguments, code, said', [
+@pytest.mark.parametrize('arguments, code, message', [
     (['--help'], 0, 'usage: tools/tree'), ([], 2, 'usage: tools/tree'), (['--fly', 'trixie'], 1, "no option '--fly'"),
     (['../trixie'], 1, "'../trixie' is no suite of Debian"), (['trixie', 'sid'], 1, "not 'trixie' and 'sid'"),
     (['trixie', '--umask', '9'], 1, '--umask 9 is no umask'), (['trixie', '--umask'], 1, '--umask needs a value'),
     (['trixie', '--with'], 1, '--with needs a value'), (['trixie', '--'], 1, 'there is no command after --'),
     (['--remove'], 2, 'usage: tools/tree')])
-def test_arguments(tree, tmp_path, arguments, code, said):
+def test_arguments(tree, tmp_path, arguments, code, message):
     got, output = tree(*arguments)
-    assert (got, said in output) == (code, True), output
+    assert (got, message in output) == (code, True), output
     assert not (tmp_path / 'trees').exists()
 
 

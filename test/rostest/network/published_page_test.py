@@ -20,9 +20,9 @@ from rostest_support import browser
 from rostest_support.browser import Browser
 from rostest_support.common import Process, run, skip, until
 from rostest_support.forwarder import Forwarder
+from rostest_support.node_pages import REPOSITORY
 from two_machines_test import LAPTOP, ROBOT, Machine
 
-REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
 STARTED = r'Open (http://localhost:(\d+)/\?token=\S+) in a browser'
 START_DEADLINE = 60.0  # [s] until the page has an address; on an idle machine it takes 5
 

@@ -108,10 +108,10 @@ class EndTest(unittest.TestCase):
             way_of(kind, index + number)(self.nodes.running[kind].process, uris[kind])
         wrong = []
         for index, kind in enumerate(self.kinds):
-            said = self.ended(kind)
-            if said:
+            output = self.ended(kind)
+            if output:
                 way = way_of(kind, index + number).__name__
-                wrong.append(f'{kind.key}, {way}, master {"away" if master_away else "there"}: {said}')
+                wrong.append(f'{kind.key}, {way}, master {"away" if master_away else "there"}: {output}')
         if master_away:
             self.master.start()
             until(lambda: not self.nodes.missing(node_kinds.BY_KEY['turtlesim'])

@@ -108,8 +108,8 @@ class MasterTest(unittest.TestCase):
             process = self.nodes.running[kind]
             self.assertIn(process.process.poll(), (None, 0), f'{kind.key}: {process.output()}')
             lines = process.output().splitlines()
-            said = [line for line in lines if any(text in line for text in LINES)]
-            self.assertLessEqual(len(said), 2 * (2 * RESTARTS + 1), f'{kind.key}:\n' + '\n'.join(said))
+            output = [line for line in lines if any(text in line for text in LINES)]
+            self.assertLessEqual(len(output), 2 * (2 * RESTARTS + 1), f'{kind.key}:\n' + '\n'.join(output))
             self.assertFalse([line for line in lines if 'Traceback' in line or 'Unable to' in line], process.output())
 
 

@@ -50,11 +50,11 @@ class OutputTest(unittest.TestCase):
 
     def assert_goes_on(self, nodes, kind, condition):
         """The node runs, and has reported the problem with its log once."""
-        process, said = nodes.running[kind], nodes.output(kind)
-        self.assertTrue(process.runs(), f'{kind.key} under {condition} ended with {process.process.poll()}:\n{said}')
-        self.assertEqual(set(), {word for word in BROKEN if word in said}, said)
+        process, output = nodes.running[kind], nodes.output(kind)
+        self.assertTrue(process.runs(), f'{kind.key} under {condition} ended with {process.process.poll()}:\n{output}')
+        self.assertEqual(set(), {word for word in BROKEN if word in output}, output)
         if condition[0] == 'env':
-            self.assertEqual(1, said.count(NO_LOG), f'{kind.key} under {condition}:\n{said}')
+            self.assertEqual(1, output.count(NO_LOG), f'{kind.key} under {condition}:\n{output}')
 
 
 if __name__ == '__main__':

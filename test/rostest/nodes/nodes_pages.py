@@ -57,11 +57,12 @@ def differences(found, script):
     """Return the errors on the page of a script; a section without such a table refers to another one."""
     page = node_pages.page_of(script)
     found = {entry for entry in found if entry[:2] not in OF_LIBRARIES} - NOT_BY_DEFAULT
-    said = node_pages.names(node_pages.sections(page)[script.name])
-    if not said:
+    described = node_pages.names(node_pages.sections(page)[script.name])
+    if not described:
         return [f'{name} is not mentioned' for name, _, _ in sorted(found) if f'`{name.lstrip("/")}`' not in page]
-    said = {(of_any_turtle(name if name.startswith(('~', '/')) else f'/{name}'), kind, data_type)
-            for name, kind, data_type in said if kind != 'calls' and (name, kind) not in OF_LIBRARIES} - NOT_BY_DEFAULT
-    return ([f'{" ".join(entry)} is missing on the page' for entry in sorted(found - said)]
-            + [f'{" ".join(entry)} is not in the node' for entry in sorted(said - found)])
+    described = {(of_any_turtle(name if name.startswith(('~', '/')) else f'/{name}'), kind, data_type)
+                 for name, kind, data_type in described
+                 if kind != 'calls' and (name, kind) not in OF_LIBRARIES} - NOT_BY_DEFAULT
+    return ([f'{" ".join(entry)} is missing on the page' for entry in sorted(found - described)]
+            + [f'{" ".join(entry)} is not in the node' for entry in sorted(described - found)])
 
