@@ -26,7 +26,7 @@ from ar_track_alvar.core import debug_image
 from ar_track_alvar.core.filters import ErrorFilter, RateLimiter, fit_error
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.marker_publisher import Report
-from ar_track_alvar.settings import AUTO, RECTIFIED, LiveSettings
+from ar_track_alvar.settings import AUTO, PARAMETERS, RECTIFIED, LiveSettings
 from plain_support import LARGEST_MARKER_ID
 from rospy_support import images, parameters, registration, rospy_internals
 from rospy_support.throttle import WallThrottle
@@ -345,5 +345,5 @@ class MarkerNode:
 
 def main():
     """Run individualMarkersNoKinect."""
-    start.init_node('individualMarkersNoKinect', settings.PARAMETERS)
+    start.init_node('individualMarkersNoKinect', PARAMETERS)
     MarkerNode(settings.read()).run()
