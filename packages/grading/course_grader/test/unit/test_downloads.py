@@ -155,11 +155,3 @@ def test_a_folder_of_the_teacher_with_the_name_of_ours_is_not_replaced(tmp_path,
     with pytest.raises(downloads.DownloadError, match='replaced.* Choose another folder with --output DIR'):
         downloads.folder_of_class(source, str(tmp_path))
     assert sorted(os.walk(tmp_path)) == before
-
-
-def test_what_was_unpacked_may_be_unpacked_again(tmp_path):
-    source = packed(tmp_path / 'class.zip', {'anna/stop_at_x.py': 'x', 'ben/stop_at_x.py': 'x'})
-    (tmp_path / 'out').mkdir()
-    for _ in range(2):
-        folder, _, _ = downloads.folder_of_class(source, str(tmp_path / 'out'))
-    assert sorted(os.listdir(folder)) == ['anna', 'ben']

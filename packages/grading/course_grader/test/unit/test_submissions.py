@@ -66,14 +66,13 @@ def test_a_map_is_found_where_an_exercise_asks_for_one(tmp_path):
     assert students == ['mine'] and found[0].command == (f'{folder}/carl/mine.yaml',) and not left_out
 
 
-def test_the_command_line_wins_over_what_it_starts(tmp_path):
-    folder = fill(tmp_path, {'anna/stop_at_x.py': '', 'anna/stop_at_x.cmd': 'python3 stop_at_x.py fast'})
-    assert submissions.find(folder, NAMES)[1][0].command == ('python3', f'{folder}/anna/stop_at_x.py', 'fast')
-
-
-def test_a_launch_file_wins_over_a_program_of_its_name(tmp_path):
-    folder = fill(tmp_path, {'anna/launch/stop_at_x.launch': '', 'anna/scripts/stop_at_x.py': ''})
-    assert submissions.find(folder, NAMES)[1][0].command == ('roslaunch', f'{folder}/anna/launch/stop_at_x.launch')
+@pytest.mark.parametrize('files, command', [
+    ({'stop_at_x.py': '', 'stop_at_x.cmd': 'python3 stop_at_x.py fast'}, ('python3', 'DIR/stop_at_x.py', 'fast')),
+    ({'launch/stop_at_x.launch': '', 'scripts/stop_at_x.py': ''}, ('roslaunch', 'DIR/launch/stop_at_x.launch'))])
+def test_what_starts_a_program_wins_over_it(tmp_path, files, command):
+    folder = fill(tmp_path, {f'anna/{name}': text for name, text in files.items()})
+    assert submissions.find(folder, NAMES)[1][0].command == tuple(
+        part.replace('DIR', f'{folder}/anna') for part in command)
 
 
 @pytest.mark.parametrize('files, said', [
@@ -131,13 +130,13 @@ def test_many_files_that_are_not_graded_are_counted(tmp_path):
 def deep_folder(tmp_path):
     """Fill a class with 1,500 folders in each other; pytest's own rmtree could not remove them."""
     folder = fill(tmp_path, {'anna/stop_at_x.py': '', 'ben/stop_at_x.py': ''})
-    place = os.open(f'{folder}/anna', os.O_RDONLY)
+    parent = os.open(f'{folder}/anna', os.O_RDONLY)
     for _ in range(1500):
-        os.mkdir('d', dir_fd=place)
-        below = os.open('d', os.O_RDONLY, dir_fd=place)
-        os.close(place)
-        place = below
-    os.close(place)
+        os.mkdir('d', dir_fd=parent)
+        below = os.open('d', os.O_RDONLY, dir_fd=parent)
+        os.close(parent)
+        parent = below
+    os.close(parent)
     yield folder
     subprocess.run(['rm', '-r', f'{folder}/anna'], check=True)
 
