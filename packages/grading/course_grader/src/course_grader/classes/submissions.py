@@ -159,7 +159,7 @@ def has_programs(folder: str) -> bool:
 
 def find_flat(folder: str, exercise: str, of_map: Callable[[str], bool] = lambda exercise: False
               ) -> Tuple[List[str], List[Submission], List[LeftOut]]:
-    """Return the same for a folder that contains the students' programs themselves."""
+    """Return what find() does for a folder that contains the students' programs themselves."""
     paths = [os.path.join(folder, name) for name in _listed(folder)]
     by_student: Dict[str, List[str]] = {}
     left_out: List[LeftOut] = []

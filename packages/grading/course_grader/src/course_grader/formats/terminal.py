@@ -59,7 +59,7 @@ def table(rows: Sequence[Sequence[str]], width: Optional[int] = None) -> List[st
     rows = [[name, *map(str, range(1, len(headings) + 1)), last],
             *([row[0], *(SHORT.get(cell, cell) for cell in row[1:])] for row in rows[1:])]
     room = max(MIN_NAME, width - _width([row[1:] for row in rows]) - len(GAP))
-    rows = [[_cut(row[0], room), *row[1:]] for row in rows]
+    rows = [[_shortened(row[0], room), *row[1:]] for row in rows]
     lines: List[str] = []
     for block in _blocks(rows, width):
         lines += [*([''] if lines else []), *_lines(block)]
@@ -98,7 +98,7 @@ def cells(text: str) -> int:
                2 if unicodedata.east_asian_width(sign) in 'WF' else 1 for sign in text)
 
 
-def _cut(text: str, width: int) -> str:
+def _shortened(text: str, width: int) -> str:
     if cells(text) <= width:
         return text
     while cells(text) > width - 1:

@@ -1,4 +1,4 @@
-"""How well a path fits a shape of unknown place, size and direction: the shape is fitted first, then compared.
+"""How well a path fits a shape of unknown position, size and direction: the shape is fitted first, then compared.
 
 A path is an array of shape (n, 2) of positions [m]. Its start is left out as far as that improves the fit, because many
 programs drive to the shape first; the rest must lie on the outline, and the outline must be covered.
@@ -57,8 +57,8 @@ def resample(path: ArrayLike, samples: int = SAMPLES) -> Floats:
     along = np.concatenate(([0.0], np.cumsum(steps)))
     if along[-1] <= 0.0:
         return np.empty((0, 2))
-    wanted = np.linspace(0.0, along[-1], samples)
-    return np.column_stack([np.interp(wanted, along, points[:, axis]) for axis in (0, 1)])
+    even = np.linspace(0.0, along[-1], samples)
+    return np.column_stack([np.interp(even, along, points[:, axis]) for axis in (0, 1)])
 
 
 def fit(path: ArrayLike, shape: str, tolerance: float, line: ArrayLike = ()) -> Fit:
@@ -178,5 +178,5 @@ class Shape(NamedTuple):
 
 SHAPES = {'circle': Shape(_circle, 0.025, 0), 'square': Shape(_square, 0.05, 4), 'triangle': Shape(_triangle, 0.05, 3),
           'eight': Shape(_eight, 0.05, 0)}
-LINE = 'line'  # instead of a shape: a line through given points, which has no place and size of its own
+LINE = 'line'  # instead of a shape: a line through given points, which has no position and size of its own
 SIDES = {**{name: shape.sides for name, shape in SHAPES.items()}, LINE: 0}

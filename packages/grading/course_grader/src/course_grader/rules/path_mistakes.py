@@ -156,8 +156,8 @@ def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
 
 def _teleported(wanted: Positions, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """Positions to which the turtle drives, or never goes."""
-    kinds = rules_driving.WAYS.get(wanted.by)
-    if kinds and not observed.of_kind(*rules_driving.WAYS['teleports']):
+    kinds = rules_driving.TELEPORTS.get(wanted.by)
+    if kinds and not observed.of_kind(*rules_driving.TELEPORTS['teleports']):
         if observed.commands:
             yield f'the turtle drives: call /turtle1/{wanted.by} for each position instead of publishing velocities'
         else:

@@ -1,4 +1,4 @@
-"""The rules about driving and drawing; see judging.py for their form."""
+"""The rules about driving and drawing; judging.py says what a rule is."""
 import itertools
 import math
 import statistics
@@ -15,7 +15,7 @@ from plain_support.arrays import ArrayLike, Floats
 
 OPEN, CLOSED = 0.5, 0.95  # covered shares of an outline: not yet a shape, and closed; three of four sides lie between
 MOVING = 0.5  # [s] of standstill at most
-WAYS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('teleport',),
+TELEPORTS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('teleport',),
         'teleport_relative': ('teleport_relative',)}  # parameter ``by``: kinds of events
 
 
@@ -276,14 +276,14 @@ class Positions(Rule):
 
     count: int = key('integer', ..., 'how many')
     apart: float = key('length', 0.5, 'positions closer than this count as one')
-    by: str = key((*WAYS, 'driving'), 'teleports', 'how it gets there; teleports: by either service')
+    by: str = key((*TELEPORTS, 'driving'), 'teleports', 'how it gets there; teleports: by either service')
 
     def judge(self, observed: Observed) -> Result:
         reset = observed.reset_at()
         visited, different = self._visited(observed)
-        others = len([event for event in observed.of_kind(*WAYS['teleports']) if event.t >= reset]) - len(visited)
+        others = len([event for event in observed.of_kind(*TELEPORTS['teleports']) if event.t >= reset]) - len(visited)
         listed = ', '.join(f'({x:.1f}, {y:.1f})' for x, y in different[:8]) or 'none'
-        if self.by in WAYS and others:
+        if self.by in TELEPORTS and others:
             listed += f'; {others} teleports by another service'
         return Result(counted(len(different), self.count),
                       f'{self.count} positions at least {self.apart:g} m apart, by {self.by}',
@@ -295,8 +295,8 @@ class Positions(Rule):
     def _visited(self, observed: Observed) -> Tuple[Sequence[Point], List[Point]]:
         """Return (all positions that it visited, those that are different)."""
         visited: Sequence[Point] = fits.corners(observed.drawn())
-        if self.by in WAYS:
-            reset, events = observed.reset_at(), observed.of_kind(*WAYS[self.by])
+        if self.by in TELEPORTS:
+            reset, events = observed.reset_at(), observed.of_kind(*TELEPORTS[self.by])
             visited = [(event.values[0], event.values[1]) for event in events if event.t >= reset]
         different: List[Point] = []
         for position in visited:

@@ -1,4 +1,4 @@
-"""The rules about maps, localisation and goals, against the truth; see judging.py for their form."""
+"""The rules about maps, localisation and goals, against the truth; judging.py says what a rule is."""
 import functools
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The rules about printed lines, answers and connections; see judging.py for their form.
+"""The rules about printed lines, answers and connections; judging.py says what a rule is.
 
 A line counts if it contains the right numbers, whatever its words. The numbers may be rounded, and may have a decimal
 comma. Labels (``y: 2 x: 1``) or the heading of a table tell which number is which; without them the order does. A whole

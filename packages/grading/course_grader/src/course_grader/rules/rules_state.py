@@ -52,13 +52,13 @@ class Background(Rule):
         return Result(float(shown == tuple(self.colour)), asked, f'it is {shown}')
 
 
-def _equal(value: object, wanted: object) -> bool:
+def _equal(value: object, expected: object) -> bool:
     """Return whether two values are equal: 1 and 1.0 are, 1 and true are not."""
-    if isinstance(value, bool) or isinstance(wanted, bool):
-        return value is wanted
-    if isinstance(value, (int, float)) and isinstance(wanted, (int, float)):
-        return math.isclose(value, wanted, rel_tol=1e-6)
-    return value == wanted
+    if isinstance(value, bool) or isinstance(expected, bool):
+        return value is expected
+    if isinstance(value, (int, float)) and isinstance(expected, (int, float)):
+        return math.isclose(value, expected, rel_tol=1e-6)
+    return value == expected
 
 
 @dataclass(frozen=True)

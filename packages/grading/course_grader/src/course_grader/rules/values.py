@@ -70,7 +70,7 @@ def span(text: object, dimension: str) -> Tuple[float, float]:
 
 
 def bounded(text: object, dimension: str) -> Tuple[float, float]:
-    """Return the same for a span from which a value is drawn, so that it has both ends."""
+    """Return a span() from which a value is drawn, so that it has both ends. Raise QuantityError."""
     found = span(text, dimension)
     if math.isinf(found[0]) or math.isinf(found[1]):
         raise QuantityError(f'{shown(text)} has no end, and a value is drawn from it; write it like '
