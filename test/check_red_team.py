@@ -9,7 +9,7 @@ class has an honest student, test/data/honest, whose programs must pass whatever
 subprocesses, a bash script, a launch file, a package with modules and parameters), and links to these, which must fail.
 No process and no file of a user of a grading remains, no other file is written, and no token of the environment is
 printed. FOLDER takes all files. Exit code 0 when all is as it should be; a level that this machine cannot have is
-skipped, and said. `./run bench grading --only 'red team *'` prints a table of all levels.
+skipped, and said.
 
 All of it has a network of its own where the kernel allows that: some programs command all nodes that they can reach.
 """
@@ -44,7 +44,6 @@ OF_A_CHANGE = ('ends_all_nodes', 'poses_in_the_name', 'the_clock.py', 'recording
 SEED, JOBS = 7, 2
 TIMEOUT, EACH = 1500, 60  # [s] of a class, and more for each hostile program
 OPEN = 'open'  # at the level none
-LONGEST = 70  # [characters] of a reason in the table
 
 
 class Verdict(NamedTuple):
@@ -63,17 +62,6 @@ def header(path):
 def bait(level):
     """Return the argument of `sleep` at a level: classes of other levels may run at the same time."""
     return f'{BAIT}.{levels.LEVELS.index(level)}'
-
-
-def kinds():
-    """Return {name of a program, without its ending: the kind of attack}."""
-    return {path.stem: header(path)['kind'] for path in PROGRAMS.glob('*.*')}
-
-
-def shortened(reason):
-    """Return the start of a reason for a table in markdown, without what differs from run to run."""
-    text = re.sub(r'\S*/turtle_robotont_\S*/', '', re.sub(r'[\s|`]+', ' ', reason))
-    return text if len(text) <= LONGEST else text[:LONGEST].rpartition(' ')[0] + ' ...'
 
 
 def attacks(level, names, shown=False):

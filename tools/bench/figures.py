@@ -1,18 +1,18 @@
 """Figures of a bench: from raw samples to a judged table. No ROS, no clock, no processes.
 
 A measurement returns samples under keys (`{'tick_rate': [62.5]}`). The samples of all rounds are pooled; a `Figure`
-reduces the pool of one key to one number and names the target of that number.
+reduces the pool of one key to one number and names the target of that number. A table shows them.
 """
 
 import operator
 from dataclasses import dataclass
 from statistics import median
-from typing import Optional
+from typing import NamedTuple, Optional
 
 import numpy as np
 
-OURS = 'ours'
-PEER = 'peer'
+OURS, PEER = 'ours', 'peer'
+HEADER = ('figure', 'ours', 'peer', 'ratio', 'target', 'ok?')
 
 
 def p95(samples):
@@ -92,8 +92,7 @@ class Figure:
     target: Optional[Target] = None
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """A judged figure; ``ours``, ``peer``, ``ratio`` and ``ok`` are None if nothing was measured."""
 
     figure: Figure
@@ -101,17 +100,59 @@ class Row:
     peer: Optional[float]
     ratio: Optional[float]
     ok: Optional[bool]
-    counts: dict
-    ranges: dict
 
 
 def judge(figure, pools):
     """Return the Row of a figure; ``pools``: {'ours': {key: samples}, 'peer': {key: samples}}, or one of them."""
-    samples = {side: pools.get(side, {}).get(figure.key, []) for side in (OURS, PEER)}
-    value = {side: figure.reduce(pool) if pool else None for side, pool in samples.items()}
-    ours, peer = value[OURS], value[PEER]
+    samples = (pools.get(side, {}).get(figure.key) for side in (OURS, PEER))
+    ours, peer = (figure.reduce(pool) if pool else None for pool in samples)
     ratio = ours / peer if ours is not None and peer else None
-    ok = figure.target.reached(ours, ratio) if figure.target else None
-    counts = {side: len(pool) for side, pool in samples.items()}
-    ranges = {side: [min(pool), max(pool)] if pool else None for side, pool in samples.items()}
-    return Row(figure, ours, peer, ratio, ok, counts, ranges)
+    return Row(figure, ours, peer, ratio, figure.target.reached(ours, ratio) if figure.target else None)
+
+
+def number(value):
+    """Return a figure as text: four significant digits, a comma for thousands, '-' for none."""
+    if value is None:
+        return '-'
+    if abs(value) >= 1000.0:
+        return f'{value:,.0f}'
+    return f'{value:.4g}' if abs(value) < 100.0 else f'{value:.1f}'
+
+
+def cells(row):
+    """Return the six texts of a row of the table."""
+    figure = row.figure
+    ratio = '-' if row.ratio is None else f'{row.ratio:.2f}'
+    target = str(figure.target) if figure.target else ''
+    verdict = {True: 'yes', False: 'NO', None: '-' if figure.target else ''}[row.ok]
+    name = f'{figure.name} [{figure.unit}]' if figure.unit else figure.name
+    return (name, number(row.ours), number(row.peer), ratio, target, verdict)
+
+
+def aligned(rows, right=(), rule=False):
+    """Return rows of texts as aligned columns, those of ``right`` at the right; ``rule``: a line below the first."""
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    if rule:
+        rows = [rows[0], ['-' * width for width in widths], *rows[1:]]
+    return '\n'.join('  '.join(text.rjust(width) if column in right else text.ljust(width) for column, (text, width)
+                               in enumerate(zip(row, widths))).rstrip() for row in rows)
+
+
+def table(rows):
+    """Return the rows as aligned text, without those of which nothing was measured."""
+    return aligned([HEADER, *(cells(row) for row in rows if row.ours is not None or row.peer is not None)],
+                   right=(1, 2, 3), rule=True)
+
+
+def verdict(rows):
+    """Return the closing sentence: how many targets were reached, missed, and could not be judged."""
+    judged = [row for row in rows if row.figure.target]
+    reached = sum(row.ok is True for row in judged)
+    missed = [row.figure.name for row in judged if row.ok is False]
+    text = f'{reached} of {len(judged)} targets reached'
+    if missed:
+        text += f', {len(missed)} missed ({"; ".join(missed)})'
+    open_ones = len(judged) - reached - len(missed)
+    if open_ones:
+        text += f', {open_ones} not judged (not measured, or a ratio without --peer)'
+    return text + '.'

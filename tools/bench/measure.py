@@ -9,16 +9,24 @@ something could not be measured, 2 usage error, 130 interrupted.
 import argparse
 import fnmatch
 import importlib
+import json
 import os
 import pathlib
+import platform
+import re
+import shlex
+import shutil
 import sys
+import tempfile
+import time
 from types import SimpleNamespace
 
-import report
-from command import exit_code, positive, processes_in_folder, progress, write_figures
-from figures import OURS, PEER, judge
-from processes import BenchError, Child
-from session import Subject, find_node, split_command
+import figures
+from figures import OURS, PEER
+from plain_support import write_whole
+from plain_support.processes import INTERRUPTED, make_interruptible
+from processes import BenchError, stop_all
+from session import Subject, find_node
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 REPOSITORY = FOLDER.parents[1]
@@ -26,7 +34,19 @@ sys.path.append(str(REPOSITORY / 'test'))  # photos, scores and drives of unit_s
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
 ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading',), 'none': ('markers',)}
-BUSY_LOOP = [sys.executable, '-c', 'while True: pass']
+
+
+def positive(text):
+    """Convert an argument of the command to a whole number above 0."""
+    value = int(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f'it is {text}; it must be above 0')
+    return value
+
+
+def progress(text):
+    """Print the progress on stderr; stdout is for the table."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def suites():
@@ -44,15 +64,14 @@ def parse(arguments):
                         help='another node to measure in the same run; the table then has ratios')
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names; '
                         'a * stands for any text')
-    parser.add_argument('--rounds', type=positive(int),
+    parser.add_argument('--rounds', type=positive,
                         help=f'rounds of each measurement (default: {ROUNDS}; with --quick: 1)')
     parser.add_argument('--quick', action='store_true',
                         help='short measurements with few samples, to see whether everything works')
-    parser.add_argument('--busy', type=positive(int), default=0, metavar='N', help='measure beside N busy loops')
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
     parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
     gradings = parser.add_argument_group('only for the suite grading')
-    gradings.add_argument('--times', type=positive(int), metavar='N',
+    gradings.add_argument('--times', type=positive, metavar='N',
                           help='how often each program is graded, or how many are')
     markers = parser.add_argument_group('only for the suite markers')
     markers.add_argument('--none', action='store_true', help='count what is found in the images of the folder and its '
@@ -86,7 +105,10 @@ def subjects(options, suite, names, folder):
     needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
     commands = {OURS: find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']}
     if options.peer:
-        commands[PEER] = split_command(options.peer)
+        try:
+            commands[PEER] = shlex.split(options.peer)
+        except ValueError as error:
+            raise BenchError(f'--peer {options.peer} cannot be read: {error}') from error
     return [Subject(side, command, folder) for side, command in commands.items()]
 
 
@@ -105,7 +127,7 @@ def measure(options, suite, names, under_test):
                 try:
                     samples = measurement.run(subject, scale)
                 except BenchError as error:
-                    failures.append((name, subject.side, number, str(error)))
+                    failures.append(f'Not measured: {name} of {subject.side} in round {number}. {error}')
                     progress(f'    FAILED: {error}')
                     sides.remove(subject)
                     continue
@@ -114,49 +136,62 @@ def measure(options, suite, names, under_test):
     return pools, failures
 
 
-def hand_out(options, suite, pools, failures, facts):
-    """Print the table and write the JSON; return the exit code."""
-    rows = [judge(figure, pools) for figure in suite.FIGURES]
-    if hasattr(suite, 'preface'):
-        print(suite.preface(pools))
-    print(report.table(rows))
-    print(report.verdict([row for row in rows if row.ours is not None]))
-    for name, side, number, text in failures:
-        rest = f'its figures are of {number - 1} of {options.rounds} rounds' if number > 1 else 'it has no figures'
-        print(f'Not measured: {name} of {side} in round {number} ({rest}). {text}')
-    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer), 'busy': options.busy,
-                **({'seed': options.seed} if hasattr(options, 'seed') else {})}
-    facts = {**facts, 'load_after': round(os.getloadavg()[0], 2)}
-    told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
-            for name, side, number, text in failures]
-    write_figures(options.json, report.as_json(options.suite, rows, told, settings, facts))
-    return 1 if failures else 0
+def machine():
+    """Return the facts of this machine that figures depend on; no names, no paths."""
+    with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
+        model = re.search(r'^(?:model name|Model|Hardware)\s*:\s*(.*)$', file.read(), re.MULTILINE)
+    return {'cores': os.cpu_count(), 'cpu': model[1] if model else 'unknown', 'architecture': platform.machine(),
+            'python': platform.python_version(), 'load': round(os.getloadavg()[0], 2)}
 
 
-def list_measurements(suite):
-    """Print the names of the measurements; return the exit code."""
-    for name, measurement in suite.MEASUREMENTS.items():
-        print(f'{name:<12} {measurement.about}')
-    return 0
+def as_json(options, rows, failures, facts):
+    """Return the whole run as JSON text; rows without samples are null."""
+    shown = [{'name': row.figure.name, 'unit': row.figure.unit, 'ours': row.ours, 'peer': row.peer, 'ratio': row.ratio,
+              'target': row.figure.target and str(row.figure.target), 'ok': row.ok} for row in rows]
+    return json.dumps({'suite': options.suite, 'when': time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime()),
+                       'machine': facts, 'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer),
+                       'figures': shown, 'failures': failures}, indent=2) + '\n'
 
 
 def run(options, suite):
-    """Measure, print and write the figures; return the exit code."""
-    facts = report.machine()
+    """Measure, print the table and write the figures; return the exit code."""
+    facts = machine()
     names = [name for name in suite.MEASUREMENTS
              if not options.only or any(fnmatch.fnmatchcase(name, pattern) for pattern in options.only)]
-    with processes_in_folder() as folder:
-        for number in range(options.busy):
-            Child(f'busy loop {number}', BUSY_LOOP, dict(os.environ), folder)
+    folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
+    try:
         pools, failures = measure(options, suite, names, subjects(options, suite, names, folder))
-    return hand_out(options, suite, pools, failures, facts)
+    finally:
+        stop_all()
+        shutil.rmtree(folder, ignore_errors=True)
+    rows = [figures.judge(figure, pools) for figure in suite.FIGURES]
+    if hasattr(suite, 'preface'):
+        print(suite.preface(pools))
+    print(figures.table(rows), figures.verdict([row for row in rows if row.ours is not None]), *failures, sep='\n')
+    try:
+        os.makedirs(os.path.dirname(os.path.abspath(options.json)), exist_ok=True)
+        write_whole(options.json, as_json(options, rows, failures, facts))
+    except OSError as error:
+        raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json FILE.') from error
+    progress(f'Figures: {options.json}')
+    return 1 if failures else 0
 
 
 def main():
     options, suite = parse(sys.argv[1:])
     if options.list:
-        return list_measurements(suite)
-    return exit_code('bench', lambda: run(options, suite))
+        for name, measurement in suite.MEASUREMENTS.items():
+            print(f'{name:<12} {measurement.about}')
+        return 0
+    make_interruptible()
+    try:
+        return run(options, suite)
+    except BenchError as error:
+        progress(f'bench: {error}')
+        return 1
+    except KeyboardInterrupt:
+        progress('bench: interrupted; all its processes have ended')
+        return INTERRUPTED
 
 
 if __name__ == '__main__':

@@ -1,7 +1,6 @@
 """Masters, nodes under test and probes of a bench as child processes. The bench itself never imports rospy."""
 import json
 import os
-import shlex
 import subprocess
 import sys
 import time
@@ -148,14 +147,3 @@ def listened(subject, node, scale, **arguments):
         cpu = Cpu(node.pid)
         time.sleep(scale.window)
         return cpu.percent(), answer(probe, scale.window, node)['stamps']
-
-
-def split_command(text):
-    """Split a command line as a shell does; raise BenchError for an empty one or an open quote."""
-    try:
-        command = shlex.split(text)
-    except ValueError as error:
-        raise BenchError(f'Command {text!r} cannot be read: {error}.') from error
-    if not command:
-        raise BenchError("The command is empty: give a path and its arguments, such as '/path/to/turtlesim_node'.")
-    return command

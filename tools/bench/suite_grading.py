@@ -2,8 +2,6 @@
 
 The programs are the samples of the course, among them the patterns of the official tutorials. What is timed
 follows simulated time; the others take as long as their exercise. No node is needed: a grading brings its own.
-
-`red team LEVEL` grades the hostile programs of test/data/red_team, and prints the table of docs/grading_security.md.
 """
 
 import collections
@@ -15,14 +13,11 @@ import time
 import uuid
 from functools import partial
 from pathlib import Path
-from statistics import mean
 
 import psutil
 
-import check_red_team
 from check_grading import hand_in
-from course_grader.isolation import levels
-from figures import OURS, Figure, Target, median
+from figures import Figure, Target, median
 from plain_support import course, processes
 from processes import BenchError, Child, tree_memory
 from session import Measurement
@@ -149,37 +144,6 @@ def many(_subject, times):
     return {'many': [seconds / (10 * times)], 'memory': [last - first], 'left': [len(left)]}
 
 
-def red_team(level):
-    """Return the measurement of all hostile programs at a level of isolation: the share that ends as expected."""
-    def run(_subject, _times):
-        missing = {**levels.machine()._asdict(), levels.NONE: ''}[level]
-        if missing:
-            raise BenchError(f'this machine cannot have the level {level}: {missing}')
-        with _folder() as folder:
-            wrong, verdicts = check_red_team.check(level, Path(folder, 'red_team'))
-        for text in wrong:
-            print(f'    {text}', file=sys.stderr)
-        attacks = {student: verdict for student, of_student in verdicts.items() if student in check_red_team.kinds()
-                   for verdict in of_student.values()}
-        return {f'red team {level}': [100.0 * verdict.expected for verdict in attacks.values()],
-                f'verdicts {level}': list(attacks.items())}
-    return run
-
-
-def preface(pools):
-    """Return the table of the hostile programs, as markdown, if they were graded."""
-    found = {level: dict(pools[OURS].get(f'verdicts {level}', ())) for level in levels.LEVELS}
-    if not any(found.values()):
-        return ''
-    lines = [f'| attack | program | {" | ".join(levels.LEVELS)} | reason |', '|---' * (3 + len(levels.LEVELS)) + '|']
-    for name, kind in sorted(check_red_team.kinds().items(), key=lambda item: item[::-1]):
-        verdicts = [found[level].get(name) for level in levels.LEVELS]
-        reason = next((verdict.reason for verdict in verdicts if verdict and verdict.outcome == 'failed'), '')
-        lines.append(f'| {kind} | `{name}` | {" | ".join(verdict.outcome if verdict else "" for verdict in verdicts)} '
-                     f'| {check_red_team.shortened(reason)} |')
-    return '\n'.join(lines)
-
-
 def _verdict(path):
     result = json.loads(path.read_text(encoding='utf-8'))
     points = tuple(reason['points'] for reason in result['reasons'])
@@ -191,8 +155,6 @@ MEASUREMENTS = {
     'class': Measurement(whole_class, f'a class with all {len(EXERCISES)} exercises, {CLASS_JOBS} at once'),
     **{f'repeats {exercise}': Measurement(repeats(exercise), f'all right programs of {exercise}, --times ({FULL}) each')
        for exercise in EXERCISES},
-    **{f'red team {level}': Measurement(red_team(level), f'hostile programs, isolated by {level}')
-       for level in levels.LEVELS},
     'many': Measurement(many, f'{10 * FULL} gradings of {MANY} in one run'),
 }
 FIGURES = (
@@ -204,7 +166,5 @@ FIGURES = (
     Figure('memory of a run, at its end more than at its beginning', 'memory', 'MB', max, Target('at_most', 5.0)),
     Figure('files and processes that a run leaves', 'left', '', max, Target('at_most', 0.0)),
     Figure('passed gradings of right programs, the least of a program', 'passed', '%', min, Target('at_least', 100.0)),
-    *(Figure(f'hostile programs that end as they should, {level}', f'red team {level}', '%', mean,
-             Target('at_least', 100.0)) for level in levels.LEVELS),
     Figure('equal scores of a right program, the least', 'equal', '%', min, Target('at_least', 100.0)),
 )

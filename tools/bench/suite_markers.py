@@ -20,9 +20,8 @@ from alvar_core.detection.prepared_image import MIN_IMAGE_SIDE
 from alvar_core.detection.tracker import Tracker
 from alvar_core.markers_cli import detection_record
 from aruco_baseline import ArucoBaseline
-from figures import OURS, Figure, Target, median, p95
+from figures import OURS, Figure, Target, aligned, median, p95
 from processes import BenchError
-from report import aligned
 from session import Measurement
 from unit_support import marker_classes
 from unit_support.marker_score import cameras_of, detector_of, score, scored

@@ -4,11 +4,9 @@ import sys
 
 import pytest
 
-import check_red_team
+import figures
 import measure
-import report
-import suite_grading
-from figures import Figure, Target, judge, median, p95, rate_in_window
+from figures import Figure, Target, median, p95, rate_in_window
 from processes import BenchError, Child, stop_all
 from session import Measurement, answer, package_path
 
@@ -60,14 +58,15 @@ def test_rates_and_percentiles(stamps, expected):
 
 
 def test_table_sentence_and_json():
-    rows = [judge(figure, POOLS) for figure in FIGURES]
-    assert report.table(rows).splitlines()[2:] == [
+    rows = [figures.judge(figure, POOLS) for figure in FIGURES]
+    assert figures.table(rows).splitlines()[2:] == [
         'fast [ms]      1     1   1.00  <= 1.5 x peer  yes', 'slow [s]     0.7     -      -  < 0.6          NO',
         'plain [MB]     3     -      -']
-    assert report.verdict(rows) == ('1 of 3 targets reached, 1 missed (slow), '
-                                    '1 not judged (not measured, or a ratio without --peer).')
-    first, *_ = json.loads(report.as_json('x', rows, [], {}, {}))['figures']
-    assert (first['ratio'], first['ok'], first['ours_range']) == (1.0, True, [1.0, 1.0])
+    assert figures.verdict(rows) == ('1 of 3 targets reached, 1 missed (slow), '
+                                     '1 not judged (not measured, or a ratio without --peer).')
+    options, _ = measure.parse([])
+    first, *_ = json.loads(measure.as_json(options, rows, [], {}))['figures']
+    assert (first['ratio'], first['ok'], first['ours']) == (1.0, True, 1.0)
 
 
 def test_a_failure_stops_that_measurement_and_no_other():
@@ -80,7 +79,7 @@ def test_a_failure_stops_that_measurement_and_no_other():
     options, _ = measure.parse(['--rounds', '2'])
     pools, failures = measure.measure(options, Suite, list(Suite.MEASUREMENTS), [type('Subject', (), {'side': 'ours'})])
     assert pools == {'ours': {'key': [1.0, 1.0]}}
-    assert failures == [('fails', 'ours', 1, 'it does not come up\nlast line')]  # not tried again in the second round
+    assert failures == ['Not measured: fails of ours in round 1. it does not come up\nlast line']  # not tried again
 
 
 def test_a_probe_that_gives_up_says_why_and_nothing_is_left(tmp_path):
@@ -103,12 +102,3 @@ def test_a_peer_finds_the_packages_of_its_own_workspace(tmp_path, content, expec
         (tmp_path / '.catkin').write_text(content)
     found = package_path(str(tmp_path / 'lib' / 'turtlesim' / 'turtlesim_node'), '/ours')
     assert found == expected.replace('PREFIX', str(tmp_path))
-
-
-def test_the_table_of_the_red_team_has_each_program_and_what_it_came_to():
-    verdicts = [('ptrace', check_red_team.Verdict('failed', 'a | reason ' + 20 * 'long ', True))]
-    lines = suite_grading.preface({'ours': {'verdicts namespace': verdicts}}).splitlines()
-    assert len(lines) == 2 + len(check_red_team.kinds())
-    assert [line for line in lines if '`ptrace`' in line] == [
-        '| reads the memory of others | `ptrace` | failed |  |  | a reason ' + 12 * 'long ' + '... |']
-    assert suite_grading.preface({'ours': {'alone': [1.0]}}) == ''
