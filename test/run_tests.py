@@ -21,6 +21,7 @@ NOTHING_COLLECTED = 5  # exit code of pytest
 INTERRUPTED = 130
 SLOW = re.compile(r'^pytestmark = .*pytest\.mark\.slow\b', re.MULTILINE)
 TIME_LIMIT = re.compile(r'time-limit="(\d+)"')  # [s]
+KEYWORD = re.compile(r'(?!(?:and|or|not)\b)[\w:+\-.\[\]\\/]+')  # what -k takes
 
 
 def parse(arguments):
@@ -79,8 +80,13 @@ def pytest(options, name, *more):
     """Return the command of a run of pytest."""
     return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', f'--results={options.results}',
             f'--junitxml={options.results / name}.xml', *(['-m', 'not slow'] if options.fast else []),
-            *(['-k', ' or '.join(options.names)] if options.names else []),
+            *(['-k', ' or '.join(map(keywords, options.names))] if options.names else []),
             *(['--all'] if options.all or options.names else []), *map(str, more)]
+
+
+def keywords(name):
+    """Return the expression of -k for tests whose names hold a name, which may have characters that -k refuses."""
+    return ' and '.join(KEYWORD.findall(name)) or name
 
 
 def start(name, command, results, shown):

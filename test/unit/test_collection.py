@@ -70,8 +70,10 @@ def collected(*options):
     (['lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['ruff'], ['test/cases/test_check.py::test_style[check/ruff]']),
     (['page/course/03_'], ['test/cases/test_page.py::test_page[page/course/03_stop_at_x/README.md]']),
+    (['test_pages_pictures.py::test_differences_from_the_page[saved3-it lacks 45 %]'],
+     ['test/unit/test_pages_pictures.py::test_differences_from_the_page[saved3-it lacks 45 %]']),
     (['--fast', 'page/course/03_'], []),
-], ids=['of a file', 'function', 'rostest', 'check', 'page', 'page not fast'])
+], ids=['of a file', 'function', 'rostest', 'check', 'page', 'spaces', 'page not fast'])
 def test_names_select_tests(arguments, names):
     *_, command = run_tests.commands(run_tests.parse(['--results', '/x', *arguments])).values()
     options = command[command.index('pytest') + 1:]
