@@ -7,7 +7,7 @@ import sys
 import cv2
 import pytest
 
-from course_grader.classes import class_page, class_report
+from course_grader.classes import class_page, class_results
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
@@ -53,7 +53,7 @@ def a_class(folder):
 @pytest.fixture(scope='module', name='folder')
 def written(tmp_path_factory):
     folder = str(tmp_path_factory.mktemp('class'))
-    class_report.write(folder, a_class(folder), student_pages=False, anonymous=True)
+    class_results.write(folder, a_class(folder), student_pages=False, anonymous=True)
     return folder
 
 

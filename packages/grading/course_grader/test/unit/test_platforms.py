@@ -3,7 +3,7 @@ import csv
 
 import pytest
 
-from course_grader.classes import class_report, class_results
+from course_grader.classes import class_results
 from course_grader.classes.class_table import Class
 from course_grader.formats.platforms import Origin
 from course_grader.rules.scoring import Reason
@@ -16,7 +16,7 @@ STUDENTS = ['Anna Berg', 'Ben Li', 'Carl', 'Nobody']
 
 def rows(folder, origin):
     a_class = Class('', STUDENTS, ['x', 'y'], RESULTS, origin=origin)
-    class_report.write(str(folder), a_class)
+    class_results.write(str(folder), a_class)
     with open(folder / f'{origin.platform}.csv', encoding='utf-8', newline='') as file:
         return list(csv.reader(file))
 
@@ -40,7 +40,7 @@ def test_canvas_takes_a_gradebook(tmp_path):
 
 @pytest.mark.parametrize('origin', [Origin(), Origin('gradescope', {'Anna Berg': '1'}), Origin('moodle', {})])
 def test_others_import_nothing(tmp_path, origin):
-    class_report.write(str(tmp_path), Class('', STUDENTS, ['x', 'y'], RESULTS, origin=origin))
+    class_results.write(str(tmp_path), Class('', STUDENTS, ['x', 'y'], RESULTS, origin=origin))
     assert not list(tmp_path.glob('moodle.csv')) + list(tmp_path.glob('gradescope.csv'))
 
 

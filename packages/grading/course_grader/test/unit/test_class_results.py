@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from course_grader.classes import class_page, class_report, class_table, grade_all
+from course_grader.classes import class_page, class_results, class_table, grade_all
 from course_grader.classes.class_table import Class
 from course_grader.classes.similarity import Pair
 from course_grader.formats import terminal
@@ -32,15 +32,15 @@ def test_the_best_attempt_is_in_the_table(attempts, score):
     results = [graded('anna', 'x', points, outcome, attempt=str(number))
                for number, (outcome, points) in enumerate(attempts)]
     assert class_table.cells(Class('', ['anna'], ['x'], results))[1][1] == score
-    assert len(list(csv.reader(io.StringIO(class_report.as_rows(results))))) == len(attempts) + 1
+    assert len(list(csv.reader(io.StringIO(class_results.as_rows(results))))) == len(attempts) + 1
 
 
 def test_the_level_of_isolation_is_in_every_table():
     results = [graded('anna', 'x', 90.0)._replace(isolation='namespace'), graded('ben', 'x', 90.0),
                *(graded('carl', name, 90.0)._replace(isolation='none') for name in 'xy')]
-    rows = list(csv.DictReader(io.StringIO(class_report.as_rows(results))))
+    rows = list(csv.DictReader(io.StringIO(class_results.as_rows(results))))
     assert [row['isolation'] for row in rows] == ['namespace', '', 'none', 'none']
-    suites = ElementTree.fromstring(class_report.as_junit(results))
+    suites = ElementTree.fromstring(class_results.as_junit(results))
     assert [[one.get('value') for one in suite.iter('property')] for suite in suites] == [
         ['namespace'], [], ['none'], ['none']]
     a_class = Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results)
@@ -86,12 +86,12 @@ def test_the_line_of_a_grading_has_the_reason_that_cost_most():
 def test_similar_programs_have_a_table_and_pages_that_an_old_run_leaves_none_of(tmp_path):
     results = [graded('anna', 'x', 90.0), graded('ben', 'x', 90.0)]
     pair = Pair('x', 'anna', 'ben', 0.934, ('print(1)\n', 'print(2)\n'))
-    class_report.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair, pair]))
+    class_results.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair, pair]))
     rows = list(csv.reader(io.StringIO((tmp_path / 'similar.csv').read_text())))
     assert rows[1] == ['x', 'anna', 'ben', '93%', 'similar/1.html'] and len(rows) == 3
     assert '<a href="similar/1.html">x: anna and ben have 93% in common</a>' in (tmp_path / 'index.html').read_text()
     assert (tmp_path / 'similar' / '2.html').exists()
-    class_report.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair]))
+    class_results.write(str(tmp_path), Class('', ['anna', 'ben'], ['x'], results, similar=[pair]))
     assert not (tmp_path / 'similar' / '2.html').exists()
 
 
