@@ -9,6 +9,7 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from rostest_support.marker_scenes import Placed, Scene, image_of
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -37,13 +38,13 @@ def started(placed, frames=4):
     return tracker
 
 
-@pytest.mark.parametrize('frames', [3, 4, 5])
+@pytest.mark.parametrize('frames', [4, *nightly(3, 5)])
 def test_swapped_marker_is_right_in_the_next_frame(frames):
     tracker = started([one(1)], frames)
     assert ids(tracker.update(picture(1, [one(2)]), CAMERA)) == [2]
 
 
-@pytest.mark.parametrize('frames', [3, 4, 5])
+@pytest.mark.parametrize('frames', [4, *nightly(3, 5)])
 def test_turned_marker_is_right_in_the_next_frame(frames):
     tracker = started([one(1, roll=20)], frames)
     turned = one(1, roll=110)
@@ -52,7 +53,7 @@ def test_turned_marker_is_right_in_the_next_frame(frames):
     assert rotations.angle_between(found[0].rotation, turned.rotation) < np.radians(3)
 
 
-@pytest.mark.parametrize('frames', [3, 4, 5])
+@pytest.mark.parametrize('frames', [4, *nightly(3, 5)])
 def test_removed_marker_is_gone_in_the_next_frame(frames):
     tracker = started([one(1), one(2, position=(0.2, 0, 0.6))], frames)
     assert ids(tracker.update(picture(1, [one(2, position=(0.2, 0, 0.6))]), CAMERA)) == [2]
@@ -76,7 +77,8 @@ def test_covered_marker_is_not_reported_and_comes_back_at_once():
     assert ids(tracker.update(picture(1, [placed]), CAMERA)) == [1]
 
 
-@pytest.mark.parametrize('frames, distance', [(3, 0.8), (4, 0.4), (4, 0.8), (5, 0.4), (5, 0.8)])  # 66 or 131 px wide
+@pytest.mark.parametrize('frames, distance', [  # 66 or 131 px wide
+    (4, 0.4), (4, 0.8), *nightly((3, 0.8), (5, 0.4), (5, 0.8))])
 def test_new_marker_is_seen_in_the_next_frame(frames, distance):
     tracker = started([one(1, position=(-0.15, 0, 0.6))], frames)
     both = [one(1, position=(-0.15, 0, 0.6)), one(2, position=(0.2 * distance, 0.1 * distance, distance))]
@@ -90,7 +92,7 @@ def test_new_marker_that_is_hard_to_see_is_seen_when_the_search_is_through():
     assert [ids(tracker.update(grey, CAMERA)) for _ in range(tracker.full_every)][-1] == [1, 2]
 
 
-@pytest.mark.parametrize('frames', [3, 4, 5])
+@pytest.mark.parametrize('frames', [4, *nightly(3, 5)])
 def test_new_marker_that_is_hard_to_see_is_seen_in_the_next_frame_after_the_rest_was_searched(frames):
     tracker = started([one(1)], frames)
     both = picture(1, [one(1), one(2, position=(0.55, 0.4, 2.6), tilt=10)])  # 20 px

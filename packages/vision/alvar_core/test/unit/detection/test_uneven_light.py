@@ -15,6 +15,7 @@ from alvar_core.detection.reading import black_cells
 from alvar_core.detection.tracker import Tracker
 from rostest_support.marker_scenes import Scene, image_of, random_markers
 from unit_support import marker_classes, marker_score
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -79,7 +80,7 @@ def scored(name, count):
                                 for number in range(count)), marker_score.detector_of(marker_classes.SIZE))
 
 
-@pytest.mark.parametrize('name', ['shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole'])
+@pytest.mark.parametrize('name', ['shadow 0.2', 'pole', *nightly('shadow 0.5', 'shadow 0.35', 'soft shadow')])
 def test_markers_in_a_shadow_are_found_and_exact(name):
     score = scored(name, 5)
     assert score.recall >= 80 and np.median(score.corners()) < 0.25  # px
@@ -155,7 +156,7 @@ def test_markers_with_a_thin_margin_on_a_dark_table_are_found_exact_and_without_
     assert sum(score.flags()) <= 1
 
 
-@pytest.mark.parametrize('contrast, cell', [(20, 2.6), (17, 3.5), (30, 2.3)])
+@pytest.mark.parametrize('contrast, cell', [(17, 3.5), *nightly((20, 2.6), (30, 2.3))])
 def test_faint_small_marker_on_a_table_as_dark_as_its_print_is_found(contrast, cell):
     camera, side = default_camera(320, 240), round(11 * cell)  # px; a white margin of one cell
     for number in range(0, 256, 50):
@@ -218,7 +219,7 @@ def test_tracker_finds_a_new_marker_in_a_shadow_within_full_every_frames():
         assert [each.id for each in seen[-1]] == [shot.frame['markers'][0]['id']]
 
 
-@pytest.mark.parametrize('margin, seed', [(3, 405), (3, 407), (3, 409), (3, 419), (1, 404)])
+@pytest.mark.parametrize('margin, seed', [(3, 405), (1, 404), *nightly((3, 407), (3, 409), (3, 419))])
 def test_markers_with_another_margin_are_not_found(margin, seed):
     rng, camera = np.random.default_rng(seed), default_camera(distorted=True)
     blur, noise = rng.uniform([0.4, 1], [1.1, 4]).tolist()
