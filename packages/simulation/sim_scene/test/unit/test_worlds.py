@@ -58,17 +58,11 @@ def test_good_world(world, text, plan):
     (f'boxes: [{BOX}, {BOX.replace("wall", "b")}]',
      'wall and b overlap by 0.100 m; move one of them, or set may_overlap: true'),
     (f'boxes: [{BOX.replace("0.1", "0.0")}]', 'wall: length is 0; it must be above 0'),
-    (f'boxes: [{BOX.replace("0.1", ".nan")}]', 'wall: length is nan; it must be a finite number'),
-    (f'boxes: [{BOX.replace("1.0", "-.inf")}]', 'wall: x is -inf; it must be a finite number'),
-    (f'boxes: [{BOX.replace("1.0", "a")}]', "wall: x is 'a'; it must be a finite number"),
     (f'boxes: [{BOX.replace("1.0", "")}]', 'wall: x is None; it must be a finite number'),
     (f'boxes: [{BOX[:-1]}, colour: pink}}]',
      r"boxes\[0\] \(wall\): colour is 'pink'; it must be \[red, green, blue\], 0 to 255 each, or one of: black"),
-    (f'boxes: [{BOX[:-1]}, colour: [1, 2]}}]', r'wall: colour is \(1, 2\); it must be three whole numbers'),
-    ('sky_colour: pink', "sky_colour is 'pink'"),
     ('sky_colour: 5', 'sky_colour is 5'),
     ('may_overlap: 1', 'may_overlap is 1; it must be true or false'),
-    ('panels: [{name: m, marker_id: a, x: 0.0, y: 0.0, yaw: 0.0}]', "m: marker_id is 'a'; it must be a whole number"),
     (b'boxes: \xff\xfe', 'not UTF-8 text'),
 ])
 def test_bad_world_is_refused_with_file_and_key(world, text, said):

@@ -170,16 +170,16 @@ class TimeTest(SimulatorCase):
         with open(path, 'rb') as file:
             return file.read()
 
-    def think(self, seconds, patience=60.0):
+    def think(self, seconds):
         """Let a node steer that takes so long [s] for each pose; return a status and the rows from its command on."""
         path = os.path.join(self.temporary_directory(), 'run.csv')
         # paused, as time at the rate max would be over before the node has started on a loaded machine
-        simulator = self.start('_rate:=max', '_paused:=true', f'_lockstep_wait:={patience}', f'_record:={path}')
+        simulator = self.start('_rate:=max', '_paused:=true', '_lockstep_wait:=60', f'_record:={path}')
         thinker = self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
         master = rosgraph.Master(rospy.get_name())
         until(lambda: ['/turtle1/pose', ['/thinker']] in master.getSystemState()[1], 'the node subscribes')
         self.assertTrue(proxy('/turtlesim/resume', Trigger)().success)
-        status = self.status(lambda status: status.time > 3.0 or (status.late_steps > 1 and status.busy == '/thinker'))
+        status = self.status(lambda status: status.time > 3.0)
         proxy('/turtlesim/pause', Trigger)()
         simulator.stop()
         thinker.stop()  # it would steer in the next simulator, until it is replaced there
@@ -195,13 +195,6 @@ class TimeTest(SimulatorCase):
         self.assertEqual(0, status.late_steps)
         self.assertGreater(common, 50)
         self.assertEqual(fast[:common], slow[:common])
-
-    @nightly
-    def test_turtlesim_lockstep_late(self):
-        """A node that is slower than the simulator may wait is named, counted and warned of."""
-        status, _ = self.think(0.5, patience=0.1)
-        self.assertGreater(status.late_steps, 0)
-        self.assertEqual('/thinker', status.busy)
 
     @nightly
     def test_turtlesim_lockstep_poller(self):

@@ -17,7 +17,7 @@ export class Frames {
   // An unknown frame counts as the robot's own; an optical one looks ahead.
   toRobot(frame, point) {
     let name = bare(frame);
-    if (!this._parents.has(name) && name.endsWith('_optical_frame')) return {x: point.z, y: -point.x, z: -point.y};
+    if (!this._parents.has(name) && /_optical(_frame)?$/.test(name)) return {x: point.z, y: -point.x, z: -point.y};
     for (let depth = 0; depth < 100 && this._parents.has(name); depth += 1) {
       const {parent, translation, rotation} = this._parents.get(name);
       const turned = rotate(rotation, point);
