@@ -47,8 +47,3 @@ def programs(kind, pattern='*'):
     """Return the samples of all exercises that are ``right`` or ``wrong``; the printed answers are right ones."""
     return sorted(path for exercise in EXERCISES.values() for path in course.answers(exercise)
                   if path.name.startswith('wrong_') is (kind == 'wrong') and path.match(pattern))
-
-
-def exercise_of(program):
-    """Return the name of the exercise that a sample or a printed answer belongs to."""
-    return program.parent.name if program.name.startswith(('right_', 'wrong_')) else program.stem

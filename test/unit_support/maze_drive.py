@@ -1,28 +1,26 @@
 """A drive through the minimaze without ROS: odometry, laser scans, and the true poses."""
 import math
-import os
 from typing import NamedTuple
 
 import numpy as np
 
 from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
-from kinematic_core.worlds.rays import FARTHEST, FIRST_ANGLE, LAST_ANGLE, NEAREST, RAYS, LaserScanner
+from kinematic_core.worlds.rays import FIRST_ANGLE, LAST_ANGLE, RAYS, LaserScanner
 from kinematic_core.worlds.robot_world import RobotWorld
 from navigation_core.poses import Pose
-from navigation_core.scans import usable
 from sim_scene.worlds import load_world
+from unit_support import REPOSITORY
 
-WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))),
-                      'packages', 'robotont', 'robotont_gazebo', 'worlds')
+WORLDS = str(REPOSITORY / 'packages' / 'robotont' / 'robotont_gazebo' / 'worlds')
 START = Pose2D(-2.0, 0.0, 0.0)
 TOUR = ((-2, 2), (0, 2), (0, -2), (-2, -2), (0, -2), (2, -2), (2, 2), (2, -2), (0, -2), (0, 2), (-2, 2), (-2, 0))
 SPEED, TURN = 0.3, 0.4  # [m/s], [rad/s]
 COMMAND_STEPS, SCAN_STEPS = 12, 24  # of 120 a second
-INCREMENT = (LAST_ANGLE - FIRST_ANGLE) / (RAYS - 1)
-MOUNT = Pose(LIDAR_X, 0.0, 0.0)
 CAMERA = slice(RAYS * 3 // 8, RAYS * 5 // 8)  # the beams of 90 degrees ahead
 CAMERA_NEAREST, CAMERA_FARTHEST = 0.4, 5.0  # [m]
+INCREMENT = (LAST_ANGLE - FIRST_ANGLE) / (RAYS - 1)
+MOUNT = Pose(LIDAR_X, 0.0, 0.0)
 
 
 class Moment(NamedTuple):
@@ -63,14 +61,3 @@ def drive(noise, slip, seed, tour=TOUR):
                                   scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)))
         world.step()
     return moments
-
-
-def lidar_scan(moment):
-    """Return the Scan of the model with the lidar."""
-    return usable(moment.ranges, FIRST_ANGLE, INCREMENT, NEAREST, FARTHEST, FARTHEST, MOUNT)
-
-
-def camera_scan(moment):
-    """Return the Scan of a depth camera: the beams ahead, of CAMERA_NEAREST to CAMERA_FARTHEST."""
-    return usable(moment.ranges[CAMERA], FIRST_ANGLE + CAMERA.start * INCREMENT, INCREMENT, CAMERA_NEAREST,
-                  CAMERA_FARTHEST, CAMERA_FARTHEST, MOUNT)

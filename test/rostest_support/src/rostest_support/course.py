@@ -82,12 +82,6 @@ class CourseCase(SimulatorCase):
             rest = rest[near[0]:]
         self.assert_at(track[-1], *corners[-1])
 
-    def assert_sides(self, track, corners):
-        """Assert that a track keeps to the straight lines that join corners (x, y)."""
-        for pose in track:
-            off = min(off_side(pose, a, b) for a, b in zip(corners, corners[1:]))
-            self.assertLess(off, POSITION_TOLERANCE, pose)
-
     def assert_stopped_by(self, poses, commands, ended):
         """Assert that a node's last command stopped the turtle, long before the simulator's watchdog would.
 
