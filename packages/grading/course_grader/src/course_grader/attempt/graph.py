@@ -38,7 +38,7 @@ class Graph:
         return self._seen or any(node not in self._own for _, _, node in forked.registrations(self._log))
 
     def update(self):
-        """Do the same as ``read`` if the master has logged anything since the last call."""
+        """Read if the master has logged anything since the last call. Raise ProgramFault."""
         size = os.path.getsize(self._log)
         if size != self._log_size:
             self.read()

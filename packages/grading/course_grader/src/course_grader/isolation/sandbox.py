@@ -482,7 +482,7 @@ def _check_file(program: str) -> None:
 
 
 def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
-    """Return the same as runnable() for a program that is not a file here."""
+    """Return (command to start, remarks) for a program that is not a file here; raise CommandError."""
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return _runnable(arguments)
     if program in ('python', 'python3') and arguments and arguments[0].endswith('.py'):

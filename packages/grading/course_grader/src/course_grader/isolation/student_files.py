@@ -41,7 +41,7 @@ def whole(path: str) -> bytes:
 
 def walk(folder: str, too_deep: Callable[[str], object] = lambda path: None
          ) -> Iterator[Tuple[str, List[str], List[str]]]:
-    """Do the same as os.walk, sorted, to a depth of MAX_DEPTH; ``too_deep(path)`` is called for each deeper folder.
+    """Walk like os.walk, sorted, to a depth of MAX_DEPTH; ``too_deep(path)`` is called for each deeper folder.
 
     os.walk recurses in some versions of Python, and fails in a thousand folders in each other.
     """
