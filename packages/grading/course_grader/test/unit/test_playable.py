@@ -3,7 +3,6 @@
 hypothesis writes exercise files; the simulators' own tables of parameters and worlds then take what the grader draws.
 """
 import math
-from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -14,6 +13,7 @@ from course_grader import cli
 from course_grader.attempt import service_types
 from course_grader.attempt.simulation import Simulation
 from course_grader.rules import exercise, random_stimuli
+from course_grader.supervision.job import Job
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import RobotWorld
@@ -48,7 +48,7 @@ def read(content):
 
 def arguments(made, seed, folder='/tmp'):
     """Return {name: value} of the private parameters with which the grader starts the simulator."""
-    simulation = Simulation(SimpleNamespace(exercise=made, seed=seed, output=''), lockstep=True)
+    simulation = Simulation(Job(made, (), '', '', seed), lockstep=True)
     given_ = [argument.partition(':=') for argument in simulation._arguments(folder) if argument.startswith('_')]
     return {f'~{name[1:]}': yaml.safe_load(text) for name, _, text in given_}
 

@@ -48,7 +48,8 @@ def _add(root: ElementTree.Element, suite: Suite) -> None:
                                value=harmless.plain(suite.isolation))
     first = _case(element, suite, VERDICT, suite.seconds)
     score = f'{decided.outcome}, {decided.score:g} of 100'
-    _judge(first, TAGS.get(decided.outcome), (*decided.objections, score)[0], '\n'.join(decided.objections))
+    message = decided.objections[0] if decided.objections else score
+    _judge(first, TAGS.get(decided.outcome), message, '\n'.join(decided.objections))
     for number, reason in enumerate(decided.reasons, 1):
         case = _case(element, suite, f'{number}. {reason.check}: {reason.asked}', 0.0)
         _judge(case, _tag(decided, reason), f'{reason.points:g} of {reason.of:g} points', f'seen: {reason.seen}')

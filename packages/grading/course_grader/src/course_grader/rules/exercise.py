@@ -351,9 +351,9 @@ def _wrong_navigation(values: Dict[str, Any]) -> Iterator[str]:
     if 'map_server' in beside and not values.get('world'):
         yield 'map_server needs a world, of which it publishes the map'
     nodes = tuple(f'/{name}/' for name in beside)
-    yield from (f'parameters has {shown(name)}; it must begin with the name of a node in beside, such as '
-                f'{(*nodes, "/move_base/")[0]}' for name in values.get('parameters', ())
-                if not str(name).startswith(nodes))
+    example = nodes[0] if nodes else '/move_base/'
+    yield from (f'parameters has {shown(name)}; it must begin with the name of a node in beside, such as {example}'
+                for name in values.get('parameters', ()) if not str(name).startswith(nodes))
     world = values.get('world')
     lists = [world.get(kind) for kind in world_format.KINDS] if isinstance(world, dict) else []
     shapes = [str(shape.get('name')) for shapes in lists if isinstance(shapes, list) for shape in shapes

@@ -42,8 +42,10 @@ class Verdict(NamedTuple):
 
     def main_reason(self) -> str:
         """Return why a program did not pass: an objection, or the check that lost most points; '' if it passed."""
-        if self.objections or self.outcome == PASSED or not self.reasons:
-            return (*self.objections, '')[0]
+        if self.objections:
+            return self.objections[0]
+        if self.outcome == PASSED or not self.reasons:
+            return ''
         worst = max(self.reasons, key=lambda reason: reason.of - reason.points)
         if worst.points >= worst.of:  # what was lost is hidden
             return ''
