@@ -1,11 +1,10 @@
 """Score detectors on the photos of marker_classes, and print the scores by class."""
 import numpy as np
 
-from aruco_baseline import ArucoBaseline
 from figures import Figure, Target, aligned
 from unit_support import marker_classes
-from unit_support.marker_classes import KINDS, LOOK_ALIKES, SIZE, TEST
-from unit_support.marker_score import Score, detector_of, scored
+from unit_support.marker_classes import KINDS, LOOK_ALIKES, TEST
+from unit_support.marker_score import Score, scored
 from unit_support.photo import with_gamma
 
 HEADS = ('corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false')
@@ -31,12 +30,6 @@ def scores(tools, count, gamma=1.0):
     return out
 
 
-def tools():
-    """Return {tool: function (image, camera)} of this project's detector and of OpenCV's."""
-    baseline = ArucoBaseline()
-    return {'here': detector_of(SIZE), 'ArUco': lambda image, camera: baseline.detect(image, camera, SIZE)}
-
-
 def pair(values, form='{:.2f} / {:.2f}'):
     """Return median and 95th percentile as text."""
     return form.format(*np.percentile(values, [50, 95])) if len(values) else '-'
@@ -53,14 +46,7 @@ def table(results):
         for by_class in results.values():
             row += _columns(by_class[name]) if name in by_class else ['-'] * COLUMNS
         rows.append(row)
-    lines = [aligned(rows)]
-    for tool, by_class in results.items():
-        times = [each for name in KINDS for each in by_class[name].ms]
-        if not times:
-            continue
-        lines.append('{}: CPU of an image with a marker, ms: median {:.2f}, 95th percentile {:.2f}'.format(
-            tool, *np.percentile(times, [50, 95])))
-    return '\n'.join(lines)
+    return aligned(rows)
 
 
 def _columns(score):

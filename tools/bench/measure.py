@@ -26,14 +26,14 @@ from figures import OURS, PEER
 from plain_support import write_whole
 from plain_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
-from session import Subject, find_node
+from session import FULL, QUICK, Subject, find_node
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 REPOSITORY = FOLDER.parents[1]
 sys.path.append(str(REPOSITORY / 'test'))  # photos, scores and drives of unit_support
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
-ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading',), 'none': ('markers',)}
+ONLY_FOR = {'folder': ('markers', 'programs'), 'times': ('grading',)}
 
 
 def positive(text):
@@ -73,9 +73,6 @@ def parse(arguments):
     gradings = parser.add_argument_group('only for the suite grading')
     gradings.add_argument('--times', type=positive, metavar='N',
                           help='how often each program is graded, or how many are')
-    markers = parser.add_argument_group('only for the suite markers')
-    markers.add_argument('--none', action='store_true', help='count what is found in the images of the folder and its '
-                         'subfolders, in which there is no marker')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
@@ -116,7 +113,7 @@ def measure(options, suite, names, under_test):
     """Run every measurement, its rounds in turns for the subjects; return ({side: {key: samples}}, failures)."""
     pools = {subject.side: {} for subject in under_test}
     failures = []
-    scale = options.times or (suite.QUICK if options.quick else suite.FULL)
+    scale = options.times or (getattr(suite, 'QUICK', QUICK) if options.quick else getattr(suite, 'FULL', FULL))
     for place, name in enumerate(names, 1):
         measurement = suite.MEASUREMENTS[name]
         progress(f'[{place}/{len(names)}] {name}: {measurement.about}')

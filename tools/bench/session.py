@@ -73,24 +73,17 @@ class Subject:
 
     def __init__(self, side, command, folder):
         self.side, self.command, self.folder = side, command, folder
-        self.uri = self.master = None
         self._env = dict(os.environ, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder, ROS_HOME=folder,
                          QT_QPA_PLATFORM='offscreen')
         for name in ('DISPLAY', 'ROS_NAMESPACE', 'ROS_IP'):
             self._env.pop(name, None)
-        self.start_master()
+        try:
+            self.uri, self.master = start_master(lambda command: Child(f'master of {side}', command, self._env, folder))
+        except MasterError as error:
+            raise BenchError(str(error)) from None
         self._env['ROS_MASTER_URI'] = self.uri
         self._node_env = dict(self._env)
         self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
-
-    def start_master(self):
-        """Start the master, after its end on the same port; raise BenchError if it does not answer."""
-        port = self.uri and int(self.uri.rpartition(':')[2])
-        try:
-            self.uri, self.master = start_master(
-                lambda command: Child(f'master of {self.side}', command, self._env, self.folder), port)
-        except MasterError as error:
-            raise BenchError(str(error)) from None
 
     def start(self, name, command, stdin=subprocess.DEVNULL, **environment):
         """Start any program beside the node under test; return a Child."""

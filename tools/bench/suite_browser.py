@@ -4,7 +4,7 @@ The peer may be the original: --peer 'FOLDER/devel/env.sh rosrun rosbridge_serve
 built. A round trip is from a page to a topic and back to the same page.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from figures import Figure, Target, median, p99
 from processes import tree_memory
@@ -20,8 +20,7 @@ ARGUMENTS = '_port:=0', '_address:=127.0.0.1'
 PAGES = 60
 
 
-@dataclass(frozen=True)
-class Scale:
+class Scale(NamedTuple):
     """How much to measure: round trips, windows [s], messages, stops."""
 
     trips: int

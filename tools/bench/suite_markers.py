@@ -14,9 +14,8 @@ import cv2
 import numpy as np
 
 import class_scores
-from alvar_core.camera import Camera, default_camera
+from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
-from alvar_core.detection.prepared_image import MIN_IMAGE_SIDE
 from alvar_core.detection.tracker import Tracker
 from alvar_core.markers_cli import detection_record
 from aruco_baseline import ArucoBaseline
@@ -36,7 +35,6 @@ GAMMA_CORNERS = {'easy': (0.03, 0.06), 'medium': (0.05, 0.1), 'hard': (0.2, 0.6)
 CROWDS = {60: (640, 480, 10, 6), 200: (1280, 720, 20, 10)}  # markers: width, height [px], columns, rows
 STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
 FULL, QUICK = 1, 6  # every n-th frame is timed
-ENDINGS = '.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'  # of images without markers
 STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
 TOOLS = {'ours': 'here', 'gamma': f'here, gamma {GAMMA}', 'aruco': 'ArUco',
          **{key: words for key, (_, words) in STORED.items()}}
@@ -72,19 +70,14 @@ class Frames:
 
 
 SHOWN = TOOLS['gamma']
-
 _chosen = {'folder': FOLDER}
 _kept = {}  # of the first round of classes: {tool: {class: Score}}
 
 
 def use(options):
-    """Measure on the folder of the options; raise BenchError for a folder without frames, or without images."""
+    """Measure on the folder of the options; raise BenchError for a folder without frames."""
     _chosen['folder'] = pathlib.Path(options.folder or FOLDER)
-    options.only = ['none'] if options.none else options.only or [name for name in MEASUREMENTS if name != 'none']
-    if 'none' in options.only and not options.folder:
-        raise BenchError('--none needs a folder of images: ./run bench markers FOLDER --none')
-    if options.only != ['none']:
-        frames()
+    frames()
 
 
 _read = functools.lru_cache(maxsize=None)(Frames)
@@ -222,32 +215,11 @@ def classes(_subject, scale):
         return {}
     cv2.setNumThreads(1)
     if not _kept:
-        count = max(1, class_scores.PER_CLASS // scale)
-        _kept.update(class_scores.scores(class_scores.tools(), count))
-        _kept.update(class_scores.scores({SHOWN: detector_of(marker_classes.SIZE)}, count, GAMMA))
+        count, size, baseline = max(1, class_scores.PER_CLASS // scale), marker_classes.SIZE, ArucoBaseline()
+        tools = {'here': detector_of(size), 'ArUco': lambda image, camera: baseline.detect(image, camera, size)}
+        _kept.update(class_scores.scores(tools, count))
+        _kept.update(class_scores.scores({SHOWN: detector_of(size)}, count, GAMMA))
     return {**class_scores.samples(_kept['here']), **class_scores.samples(_kept[SHOWN], 'gamma_class')}
-
-
-def none(_subject, _scale):
-    """Return what is found in the images of the folder and its subfolders, in which there is no marker.
-
-    Their cameras are not known: the lens is taken for one of about 55 degrees, and values for light.
-    """
-    images = found = 0
-    detector = Detector(marker_classes.SIZE, gamma=1.0)  # false markers teach no gamma
-    for path in sorted(path for path in _chosen['folder'].rglob('*') if path.suffix.lower() in ENDINGS):
-        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        if image is None or min(image.shape) < MIN_IMAGE_SIDE:
-            continue
-        images += 1
-        for each in detector.detect(image, default_camera(image.shape[1], image.shape[0])):
-            found += 1
-            print(f'{path}: id {each.id} at {each.centre[0]:.0f}, {each.centre[1]:.0f}, {each.side:.0f} px wide, '
-                  f'confidence {each.confidence:.2f}')
-    if not images:
-        raise BenchError(f'{_chosen["folder"]} has no images of at least {MIN_IMAGE_SIDE}x{MIN_IMAGE_SIDE} pixels: '
-                         f'files that end with {", ".join(ENDINGS)} are read.')
-    return {'none_images': [images], 'none_found': [found]}
 
 
 MEASUREMENTS = {
@@ -258,7 +230,6 @@ MEASUREMENTS = {
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
-    'none': Measurement(none, 'false detections in images without markers, --none', in_process=True),
 }
 
 
@@ -331,6 +302,4 @@ def _many_figures():
 
 
 FIGURES = (*_score_figures(), *_time_figures(), *_many_figures(), *class_scores.figures('class', 'linear'),
-           *class_scores.figures('gamma_class', f'gamma {GAMMA}'),
-           Figure('images without markers', 'none_images', ''),
-           Figure('false detections in them', 'none_found', 'in all', median, Target('below', 1)))
+           *class_scores.figures('gamma_class', f'gamma {GAMMA}'))

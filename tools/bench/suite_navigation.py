@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 
 from figures import OURS, Figure, Target, median, p95
 from processes import BenchError, Cpu
-from session import FULL, QUICK, Measurement, answer, find_node
+from session import Measurement, answer, find_node
 from unit_support.maze_drive import drive
 
 PACKAGE, EXECUTABLE = 'gmapping', 'slam_gmapping'
@@ -30,7 +30,6 @@ RECOVERY = '_recovery_alpha_slow:=0.001', '_recovery_alpha_fast:=0.1'  # what am
 NO_RECOVERY = '_recovery_alpha_slow:=0.0', '_recovery_alpha_fast:=0.0'
 LOST = {'carried': (RECOVERY, False), 'told': (NO_RECOVERY, True)}  # parameters, whether global_localization is called
 
-__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 moments = lru_cache(maxsize=None)(drive)
 
 

@@ -4,7 +4,7 @@ programs.yaml lists the repositories, by commit, and for each program what is ty
 their code is in this repository, and nothing of it is built: the programs are Python, launch files and robot models,
 and the checkouts of a program are a workspace that overlays ours, as catkin_make would make it. ``./run bench programs
 FOLDER`` takes the checkouts in FOLDER (FOLDER/NAME, a name as in the list) and fetches missing ones with git; without
-FOLDER they are in output/checkouts. Each program has a ROS master of its own.
+FOLDER they are in output/checkouts. Each program has a ROS master of its own; --quick changes nothing.
 """
 
 import contextlib
@@ -22,12 +22,10 @@ import yaml
 
 from figures import Figure, Target
 from processes import BenchError
-from session import FULL as FULL_SCALE
 from session import Measurement, Subject, answer
 
 NEEDS_NODE = False
 ROUNDS = 1
-FULL, QUICK = FULL_SCALE, None  # there is one form only: a program ends when its condition holds
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIST = yaml.safe_load(Path(__file__).with_name('programs.yaml').read_text(encoding='utf-8'))
 HOST = 'https://github.com/'

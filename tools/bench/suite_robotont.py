@@ -5,13 +5,11 @@
 
 from figures import Figure, Target, mean_rate, median
 from processes import tree_memory
-from session import FULL, QUICK, Measurement, answer, find_node, listened, seconds_to_first
+from session import Measurement, answer, find_node, listened, seconds_to_first
 
 PACKAGE = 'robotont_gazebo'
 EXECUTABLE = 'robotont_gazebo'
 WORLD = '_world:=minimaze_ar', '_x:=-2.0'
-
-__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
@@ -28,7 +26,7 @@ def colour(subject, scale):
 
 def core(subject, scale):
     """Measure the simulator's parts without ROS."""
-    with subject.probe('robotont_core_probe', 'real_time', seconds=scale.window / 2.5) as probe:
+    with subject.probe('core_probe', 'real_time', seconds=scale.window / 2.5) as probe:
         return {key: [value] for key, value in answer(probe, 4.0 * scale.window).items()}
 
 
@@ -37,8 +35,6 @@ MEASUREMENTS = {
     'colour': Measurement(colour, 'colour images of 1280 x 720'),
     'core': Measurement(core, 'kinematics, scanner, camera, tracker without ROS', in_process=True),
 }
-
-
 FIGURES = (
     Figure('start to first odometry', 'start', 's', median, Target('below', 1.0)),
     Figure('colour pictures', 'colour_rate', 'Hz'),

@@ -1,7 +1,7 @@
 """The bench of turtlesim: the measurements of a turtlesim_node, their probes, and their targets.
 
 A suite is a module suite_NAME.py with PACKAGE and EXECUTABLE (the node that rosrun would start), FIGURES, and
-MEASUREMENTS: {name: session.Measurement}, with FULL and QUICK, the scales that their run() gets.
+MEASUREMENTS: {name: session.Measurement}; FULL and QUICK are the scales that their run() gets, else session's.
 """
 
 from functools import partial
@@ -9,17 +9,13 @@ from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median, p95
 from processes import Cpu, tree_memory
-from session import FULL, QUICK, Measurement, answer, listened, seconds_to_first
+from session import Measurement, answer, listened, seconds_to_first
 
 PACKAGE = 'turtlesim'
 EXECUTABLE = 'turtlesim_node'
 PROBE = 'turtlesim_probe'
 TURTLE_COUNTS = (1, 100)
-SERVICES = ('turtle1/set_pen', 'turtle1/teleport_absolute', 'turtle1/teleport_relative', 'clear', 'spawn', 'kill',
-            'reset')  # the last: it ends turtles that others need
 RATE = 62.5  # [Hz] turtlesim's
-
-__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
@@ -30,11 +26,6 @@ def start(subject, scale):
 def in_words(count):
     """Return '1 turtle' or '100 turtles'."""
     return '1 turtle' if count == 1 else f'{count} turtles'
-
-
-def word(service):
-    """Return the last part of a service's name."""
-    return service.rpartition('/')[2]
 
 
 def tick_rate(subject, scale):
@@ -51,32 +42,24 @@ def cmd_vel(subject, scale):
     return {'cmd_vel': [1e3 * seconds for seconds in times]}
 
 
-def calls(subject, scale):
-    """Measure the times of all services' calls, back to back."""
+def teleport(subject, scale):
+    """Measure the times of calls, back to back."""
     with subject.node() as node:
-        return {f'{word(name)}_back': [1e3 * seconds for seconds in subject.ask(
-            node, PROBE, 'calls', 0.5 * scale.samples, service=name, count=scale.samples)['back']]
-            for name in SERVICES}
-
-
-def _subscribed(subject, node, scale, turtles, **arguments):
-    """Return {figure key: value} of a node while every pose has a subscriber."""
-    with subject.probe(PROBE, 'listen', seconds=scale.window, turtles=turtles, **arguments) as probe:
-        answer(probe, 0.1 * turtles, node)
-        cpu = Cpu(node.pid)
-        rates = answer(probe, scale.window, node)['rates']
-        return {'cpu': cpu.percent(), 'mean': sum(rates) / len(rates), 'worst': min(rates)}
+        times = subject.ask(node, PROBE, 'teleport', 0.5 * scale.samples, count=scale.samples)['back']
+    return {'teleport': [1e3 * seconds for seconds in times]}
 
 
 def load(turtles, subject, scale):
     """Measure CPU, memory and received rates while so many turtles drive circles; one at rest may cost less."""
     with subject.node() as node:
         subject.ask(node, PROBE, 'many', 0.2 * turtles, turtles=turtles)
-        found = _subscribed(subject, node, scale, turtles, driving=True)
-        peak = tree_memory(node.pid)[1]
-    return {f'{key}_{turtles}': [value] for key, value in {
-        'cpu_driving': found['cpu'], 'driving_mean': found['mean'], 'driving_worst': found['worst'],
-        'peak': peak}.items()}
+        with subject.probe(PROBE, 'listen', seconds=scale.window, turtles=turtles) as probe:
+            answer(probe, 0.1 * turtles, node)
+            cpu = Cpu(node.pid)
+            rates = answer(probe, scale.window, node)['rates']
+            found = {'cpu_driving': cpu.percent(), 'driving_mean': sum(rates) / len(rates),
+                     'driving_worst': min(rates), 'peak': tree_memory(node.pid)[1]}
+    return {f'{key}_{turtles}': [value] for key, value in found.items()}
 
 
 def core(subject, scale):
@@ -89,7 +72,7 @@ MEASUREMENTS = {
     'start': Measurement(start, 'start to first pose'),
     'rate': Measurement(tick_rate, 'tick rate and jitter'),
     'cmd_vel': Measurement(cmd_vel, 'cmd_vel to the pose that shows it'),
-    'calls': Measurement(calls, 'all services, back to back'),
+    'teleport': Measurement(teleport, 'teleport calls, back to back'),
     **{f'turtles_{count}': Measurement(partial(load, count), f'CPU, memory and rates with {in_words(count)}')
        for count in TURTLE_COUNTS},
     'core': Measurement(core, 'ticks of core and canvas', in_process=True),
@@ -120,8 +103,7 @@ FIGURES = (
     Figure('tick jitter (std dev)', 'jitter', 'ms', median, Target('ratio', 1.3)),
     Figure('cmd_vel to pose, median', 'cmd_vel', 'ms', median, Target('ratio', 1.05)),
     Figure('cmd_vel to pose, p95', 'cmd_vel', 'ms', p95, Target('ratio', 1.05)),
-    *(Figure(f'{word(name)}, back to back, median', f'{word(name)}_back', 'ms', median, Target('ratio', 1.05))
-      for name in SERVICES),
+    Figure('teleport call, median', 'teleport', 'ms', median, Target('ratio', 1.05)),
     *_load_figures(),
     *_core_figures(),
 )

@@ -9,9 +9,8 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
-from std_srvs.srv import Empty
 from turtlesim.msg import Pose
-from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+from turtlesim.srv import Spawn, TeleportAbsolute
 
 from figures import stratified_phases
 from probing import COME_UP, Silent, await_true, clock, say
@@ -23,12 +22,6 @@ FRAME = 4 + POSE.size  # [bytes] of a pose on its connection
 TICK = 0.016  # [s] turtlesim's
 ONE_ANSWER = 2.0  # [s] for a command to show
 SETTLE = 1.0  # [s] before and after a window
-SERVICES = {  # class, values by the name of the turtle to spawn or kill
-    'clear': (Empty, lambda name: ()), 'reset': (Empty, lambda name: ()),
-    'spawn': (Spawn, lambda name: (2.0, 2.0, 0.0, name)), 'kill': (Kill, lambda name: (name,)),
-    'turtle1/set_pen': (SetPen, lambda name: (1, 2, 3, 2, 0)),
-    'turtle1/teleport_absolute': (TeleportAbsolute, lambda name: (5.0, 5.0, 0.0)),
-    'turtle1/teleport_relative': (TeleportRelative, lambda name: (0.0, 0.1))}
 
 
 class Poses:
@@ -66,12 +59,11 @@ class Poses:
         return all(POSE.unpack(data[4:])[3] for data in self._last)
 
 
-def listen(turtles, seconds, driving=False):
-    """Subscribe to all poses, say so, then report how many [Hz] of each came in this time."""
+def listen(turtles, seconds):
+    """Subscribe to all poses of turtles that drive, say so, then report how many [Hz] of each came in this time."""
     poses = Poses(turtles)
-    if driving:
-        drive([f'turtle{number}/cmd_vel' for number in range(1, turtles + 1)])
-        await_true(poses.are_moving, COME_UP, 'every turtle moving')
+    drive([f'turtle{number}/cmd_vel' for number in range(1, turtles + 1)])
+    await_true(poses.are_moving, COME_UP, 'every turtle moving')
     time.sleep(SETTLE)
     say(ready=True)
     begun = stamp = poses.read()
@@ -80,7 +72,7 @@ def listen(turtles, seconds, driving=False):
         time.sleep(10 * TICK)
         stamp = poses.read()
     rates = [count / FRAME / (stamp - begun) for count in poses.bytes]
-    if driving and not poses.are_moving():
+    if not poses.are_moving():
         raise Silent('a turtle has stopped, so the figures would be too good')
     say(rates=rates)
     time.sleep(SETTLE)  # stay subscribed while the bench takes its last reading
@@ -107,33 +99,30 @@ def cmd_vel(count):
     say(times=times[1:])
 
 
-class Caller(tcpros.Caller):
-    """A persistent connection to a service, without the waiting of rospy's ServiceProxy."""
+def caller_of(service, kind):
+    """Return a function that calls a service and returns the time [s], without the waiting of rospy's ServiceProxy."""
+    rospy.wait_for_service(service, COME_UP)
+    name = rospy.resolve_name(service)
+    caller = tcpros.Caller(tcpros.address(rosgraph.Master(rospy.get_name()).lookupService(name)), name, kind)
 
-    def __init__(self, service):
-        rospy.wait_for_service(service, COME_UP)
-        kind, self._values = SERVICES[service]
-        name = rospy.resolve_name(service)
-        super().__init__(tcpros.address(rosgraph.Master(rospy.get_name()).lookupService(name)), name, kind)
-
-    def time(self, name):
-        """Return the time [s] of a call; ``name`` is that of the turtle to spawn or kill."""
+    def call(*values):
         begun = clock()
-        well, text = self.call(*self._values(name))
+        well, text = caller.call(*values)
         if not well:
             raise Silent(f'a call failed: {text.decode()}')
         return clock() - begun
+    return call
 
 
-def calls(service, count):
-    """Report the times [s] of calls, back to back; ``kill`` ends turtles that ``spawn`` has made before."""
-    caller = Caller(service)
-    say(back=[caller.time(f'bench{number}') for number in range(count + 1)][1:])
+def teleport(count):
+    """Report the times [s] of calls, back to back."""
+    call = caller_of('turtle1/teleport_absolute', TeleportAbsolute)
+    say(back=[call(5.0, 5.0, 0.0) for _ in range(count + 1)][1:])
 
 
 def many(turtles):
     """Spawn turtles up to this number."""
-    caller = Caller('spawn')
+    call = caller_of('spawn', Spawn)
     for number in range(2, turtles + 1):
-        caller.time(f'turtle{number}')
+        call(2.0, 2.0, 0.0, f'turtle{number}')
     say(spawned=True)

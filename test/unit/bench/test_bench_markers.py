@@ -1,4 +1,4 @@
-"""./run bench markers: scores and times of each tool, the table by class, images without markers."""
+"""./run bench markers: scores and times of each tool, the table by class."""
 import json
 
 import cv2
@@ -10,7 +10,6 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
 from figures import OURS
-from processes import BenchError
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
 
@@ -69,19 +68,3 @@ def test_every_id_is_in_the_baselines_dictionary():
         blank = np.full((480, 640), 220, np.uint8)
         blank[150:330, 200:380] = drawing.marker_image(number, 180)
         assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
-
-
-def test_what_is_found_without_markers_is_false(tmp_path, chosen, capsys):
-    """A folder with a marker, a grey image below, and a text."""
-    scene = np.full((200, 200), 220, np.uint8)
-    scene[50:149, 50:149] = drawing.marker_image(42, 99)
-    (tmp_path / 'below').mkdir()
-    cv2.imwrite(str(tmp_path / 'a.png'), scene)
-    cv2.imwrite(str(tmp_path / 'below' / 'b.jpg'), np.full((100, 100), 90, np.uint8))
-    (tmp_path / 'c.png').write_text('no image')
-    chosen['folder'] = tmp_path
-    assert suite_markers.none(None, None) == {'none_images': [2], 'none_found': [1]}
-    assert capsys.readouterr().out.startswith(f'{tmp_path}/a.png: id 42 at 99, 99, 99 px wide, confidence 0.9')
-    chosen['folder'] = tmp_path / 'absent'
-    with pytest.raises(BenchError, match='has no images of at least 16x16 pixels'):
-        suite_markers.none(None, None)
