@@ -14,9 +14,9 @@ import unittest
 import listening
 import two_machines_test
 from rostest_support.common import Process, run, until
+from rostest_support.node_pages import REPOSITORY
 from two_machines_test import LAPTOP, ROBOT, Machine
 
-REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
 ROBOT_6 = 'fd77::1'
 UNNAMED = '?'  # a process that ends while ss runs
 DEADLINE = 140.0  # [s] for all of it; on an idle machine it takes 20
