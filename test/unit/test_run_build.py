@@ -138,12 +138,12 @@ def test_who_waits_is_told_for_whom(tmp_path):
 
 
 def test_a_step_that_is_interrupted_has_not_failed(tmp_path):
-    stubborn = r'bash -c "trap \"exit 1\" INT; echo works; while :; do read -t 1; done"'
+    stubborn = r'bash -c "trap \"exit 1\" INT; echo begun; while :; do read -t 1; done"'
     with subprocess.Popen(['bash', '-euc', STEP + stubborn, REPOSITORY, tmp_path], stderr=subprocess.PIPE, text=True,
                           start_new_session=True,
                           preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}) as process:
-        until(lambda: (tmp_path / 'run.log').exists() and 'works' in (tmp_path / 'run.log').read_text())
+        until(lambda: (tmp_path / 'run.log').exists() and 'begun' in (tmp_path / 'run.log').read_text())
         os.killpg(process.pid, signal.SIGINT)
         message = process.communicate(timeout=DEADLINE)[1]
     assert process.returncode == 130, message
