@@ -46,29 +46,29 @@ def test_a_vehicle_is_stopped_on_its_topic_and_on_no_topic_that_has_ended():
 
 
 def test_only_who_connects_at_once_gets_what_was_published_before(monkeypatch):
-    now, got = [100.0], []
+    now, received = [100.0], []
     monkeypatch.setattr(topics, 'time', types.SimpleNamespace(monotonic=lambda: now[0]))
     starting = topics._Starting()
     starting.keep('forward')
     now[0] += 0.9 * topics.CONNECTING
-    starting.peer_subscribe('/turtle1/cmd_vel', None, got.append)
-    assert got == ['forward']
+    starting.peer_subscribe('/turtle1/cmd_vel', None, received.append)
+    assert received == ['forward']
     now[0] += topics.CONNECTING  # a simulator that starts later must not drive
-    starting.peer_subscribe('/turtle1/cmd_vel', None, got.append)
-    assert got == ['forward']
+    starting.peer_subscribe('/turtle1/cmd_vel', None, received.append)
+    assert received == ['forward']
 
 
 def test_messages_of_a_thread_reach_clients_in_order(monkeypatch):
     """The oldest of too many messages are dropped, never the last."""
     monkeypatch.setattr(topics.types, 'now', lambda: (0, 0))
-    count, got = 3000, []
+    count, received = 3000, []
 
     async def work():
         loop, done = asyncio.get_running_loop(), asyncio.Event()
 
         def deliver(message, latched):
-            got.append(int(message.data))
-            if got[-1] == count - 1:
+            received.append(int(message.data))
+            if received[-1] == count - 1:
                 done.set()
         subscribed = topics.Subscribed('/numbers', 'std_msgs/String', loop)
         subscribed.sessions = [types.SimpleNamespace(deliver=deliver)]
@@ -80,4 +80,4 @@ def test_messages_of_a_thread_reach_clients_in_order(monkeypatch):
         threading.Thread(target=publish, daemon=True).start()
         await asyncio.wait_for(done.wait(), 20.0)
     asyncio.run(work())
-    assert got == sorted(set(got))
+    assert received == sorted(set(received))

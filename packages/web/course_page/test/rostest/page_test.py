@@ -240,10 +240,10 @@ class PageTest(PageCase, SimulatorCase):
         status = rospy.Publisher('/turtlesim/clock_status', ClockStatus, queue_size=1)
         self.addCleanup(status.unregister)
 
-        def said():
+        def shows_it():
             status.publish(rate=1.0, pace=0.6)
             return 'Slow: 0.6 times real time' in self.text('.arena .badge') and 'not 1: this' in self.text('#panel')
-        self.page.until(said, 'a sign that time passes too slowly')
+        self.page.until(shows_it, 'a sign that time passes too slowly')
 
     @nightly
     def test_the_recipe_for_a_proxy_works_below_a_path(self):
@@ -339,9 +339,9 @@ class PageTest(PageCase, SimulatorCase):
     @nightly
     def test_picture_and_controls_are_on_one_screen(self):
         self.publish_camera()
-        wanted = {'turtle': ['.arena', '[aria-label=Forward]', '.stop'],
+        panels = {'turtle': ['.arena', '[aria-label=Forward]', '.stop'],
                   'robot': ['.map', '.camera img', '.joystick', '.joystick + .joystick']}
-        for panel, elements in wanted.items():
+        for panel, elements in panels.items():
             self.show(panel)
             for width, height, touch in SCREENS:
                 self.page.resize(width, height, touch)

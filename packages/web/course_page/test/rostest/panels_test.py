@@ -385,8 +385,8 @@ class PanelsTest(SimulatorCase):
 
     def test_a_marker_that_is_not_found_is_explained(self):
         """The tracker's words and picture, those of a photo that is made smaller, and a file that is no photo."""
-        said = f'1: its sides are faint {HOSTILE[:60]}'
-        tracker = rospy.Service('/tracker/explain', Trigger, lambda request: TriggerResponse(True, said))
+        line = f'1: its sides are faint {HOSTILE[:60]}'
+        tracker = rospy.Service('/tracker/explain', Trigger, lambda request: TriggerResponse(True, line))
         self.addCleanup(tracker.shutdown)
         self.open('markers')
         self.until_text('No tracker runs', 'roslaunch turtle_robotont ar_control.launch')

@@ -222,8 +222,8 @@ def test_parameters_of_dynamic_reconfigure_are_described(page):
     ('int', '1.5', 'error: acc is "1.5"; it must be a whole number.'), ('str', ' a', ' a'), ('bool', 'true', True)])
 def test_a_typed_value_is_checked(page, kind, text, expected):
     assert value(page, '../reconfigure', 'm.parseFor({name: "acc", type: "double", min: null, max: null}, "-3")') == -3
-    asked = f'm.parseFor({{name: "acc", type: "{kind}", min: 0.5, max: 2.5}}, {json.dumps(text)})'
-    assert value(page, '../reconfigure', asked) == expected
+    call = f'm.parseFor({{name: "acc", type: "{kind}", min: 0.5, max: 2.5}}, {json.dumps(text)})'
+    assert value(page, '../reconfigure', call) == expected
 
 
 def test_rates_are_those_of_the_messages(page):
@@ -354,13 +354,13 @@ def watched(page, nodes, types, drives=(), robot=False):
     }})()''')
 
 
-@pytest.mark.parametrize('nodes, pages, said', [
+@pytest.mark.parametrize('nodes, pages, text', [
     ([], 0, ''), ([], -1, ''), ([], 1, 'Another page drives now.'), ([], 3, '3 other pages drive now.'),
     (['/teleop'], 0, '/teleop publishes on /cmd_vel, too.'),
     (['/a', '/b'], 1, '/a, /b publish on /cmd_vel, too. Another page drives now.'),
 ])
-def test_who_else_drives_is_said(page, nodes, pages, said):
-    assert value(page, '../../app/drive', f'm.othersText("/cmd_vel", {json.dumps(nodes)}, {pages})') == said
+def test_who_else_drives_is_said(page, nodes, pages, text):
+    assert value(page, '../../app/drive', f'm.othersText("/cmd_vel", {json.dumps(nodes)}, {pages})') == text
 
 
 def test_a_silent_link_counts_as_stalled_until_something_comes(page):

@@ -58,22 +58,22 @@ def request(site, name):
 def test_a_program_is_graded_with_its_verdict(site):
     assert until(site, 'none')['number'] == 0
     assert site.send(path='/path.png')[0] == 404
-    wanted = request(site, 'good')
+    body = request(site, 'good')
     for number in (1, 2):
-        assert site.post(wanted)[0] == 200
+        assert site.post(body)[0] == 200
         state = until(site, 'graded')
         assert (state['number'], state['result']['score'], state['output']) == (number, 100.0, '  0.10  here')
     assert state['log'] == 'Grading circle --' and state['picture']
-    assert state['command'] == f'./run grade circle --seed 7 -- {wanted["program"]}'
+    assert state['command'] == f'./run grade circle --seed 7 -- {body["program"]}'
     assert site.send(path='/path.png') == (200, 'PNG')
 
 
 def test_one_runs_at_a_time_and_can_be_stopped(site):
-    wanted = request(site, 'wait')
-    site.post(wanted)
-    code, text = site.post(wanted)
+    body = request(site, 'wait')
+    site.post(body)
+    code, text = site.post(body)
     assert code == 400 and 'wait.py is being graded; one grading runs at a time' in text
-    assert until(site, 'running')['program'] == wanted['program']
+    assert until(site, 'running')['program'] == body['program']
     assert site.post({})[0] == 200
     assert until(site, 'failed')['result'] is None
     assert site.post({})[0] == 200
@@ -97,20 +97,20 @@ def test_nothing_else_is_started(site, body, error):
 
 
 def test_another_site_grades_nothing(site):
-    wanted = request(site, 'good')
+    body = request(site, 'good')
     for path in ('', '/choices', '/path.png'):
         assert site.send(path=path, Origin='http://elsewhere.example')[0] == 403
     for headers in ({'Origin': 'http://elsewhere.example'}, {'Host': 'evil.example'}):
-        assert site.post(wanted, **headers)[0] == 403
+        assert site.post(body, **headers)[0] == 403
     until(site, 'none')
 
 
 def test_without_a_grader_the_page_is_told_why(tmp_path):
-    for command, said in (((sys.executable, '-c', 'raise SystemExit("no such package")'), 'no such package'),
+    for command, error in (((sys.executable, '-c', 'raise SystemExit("no such package")'), 'no such package'),
                           (('/no/such/program',), 'No such file')):
         found = grading.Grader(str(tmp_path), command)
         choices = asyncio.new_event_loop().run_until_complete(found.choices())
-        assert choices['exercises'] == [] and said in choices['error']
+        assert choices['exercises'] == [] and error in choices['error']
         found.end()
 
 

@@ -38,16 +38,16 @@ def test_what_is_no_photo_and_other_sites_are_refused(send):
     assert post(b'', Origin='http://elsewhere.example')[0] == 403
 
 
-@pytest.mark.parametrize('command, timeout, said', [
+@pytest.mark.parametrize('command, timeout, error', [
     ((sys.executable, '-c', 'import os; os.abort()'), DEADLINE, 'The search of this photo failed'),
     ((sys.executable, '-c', 'print(1 / 0)'), DEADLINE, 'The search of this photo failed'),
     (WAITS, 0.5, 'more than 0.5 s: send a smaller photo'),
 ])
-def test_a_process_that_fails_or_hangs_ends_nothing_else(send, command, timeout, said):
+def test_a_process_that_fails_or_hangs_ends_nothing_else(send, command, timeout, error):
     post = send(command, timeout)
     for _ in range(2):
         code, text = post(b'photo')
-        assert code == 422 and said in text
+        assert code == 422 and error in text
 
 
 def test_only_some_photos_may_wait(send):

@@ -35,7 +35,7 @@ NODES
 SECOND = '/robotont_gazebo does not start: a robot with the same name runs already.'
 
 
-@pytest.mark.parametrize('output, wanted', [
+@pytest.mark.parametrize('output, expected', [
     (f'{STARTED}{SECOND}\n{ENDED.format(node="robotont_gazebo")}', SECOND),
     (f'{STARTED}{SECOND}\n[INFO] [1795861099.62]: Rate: error: 3\n{ENDED.format(node="robotont_gazebo")}', SECOND),
     (f'{STARTED}[ERROR] [1795861099.625853]: no world is called maze2\n[WARN] [1795861099.7]: late\n'
@@ -48,8 +48,8 @@ SECOND = '/robotont_gazebo does not start: a robot with the same name runs alrea
      '\x1b[31mThe traceback for the exception was written to the log file\x1b[0m\n',
      '[x.launch] is neither a launch file in package [nopkg] nor is it a file'),
     ('no laser', 'no laser'), ('', ''), (STARTED, '')])
-def test_the_reason_is_found(output, wanted):
-    assert reasons.reason(output) == wanted
+def test_the_reason_is_found(output, expected):
+    assert reasons.reason(output) == expected
 
 
 def test_a_roslaunch_whose_program_has_died_is_told_from_one_that_has_finished():

@@ -46,7 +46,7 @@ def cut(path, messages=3, keep=None):
     return path
 
 
-def said(path):
+def texts(path):
     with rosbag.Bag(str(path)) as bag:
         return [message.data for _, message, _ in bag.read_messages()]
 
@@ -69,20 +69,20 @@ def test_a_topic_with_images_whose_name_does_not_tell_is_left_out_unless_images_
     assert not [one for one in recordings.command(100, True, ()) if one.startswith('--exclude')]
 
 
-@pytest.mark.parametrize('free, there, wanted', [
+@pytest.mark.parametrize('free, there, expected', [
     (79_000, 0, 1000), (79_000, 4_500, 500),
     (1_424, 0, 200),  # half of 400 MiB
     (1_040, 0, 'has only 1040 MB left, and 1024 MB stay free'), (0, 0, 'has only 0 MB left'),
     (79_000, 5_000, 'take 5000 MB already, and 5000 MB are allowed')])
-def test_no_number_of_recordings_fills_the_disk(tmp_path, monkeypatch, free, there, wanted):
+def test_no_number_of_recordings_fills_the_disk(tmp_path, monkeypatch, free, there, expected):
     disk(monkeypatch, free)
     sparse(tmp_path / 'page_1.bag', there // 2)
     sparse(tmp_path / 'page_2.bag.active', there - there // 2)
     sparse(tmp_path / 'mine.bag', 9_000)  # not made by the page
-    if isinstance(wanted, int):
-        assert recordings.limit(str(tmp_path)) == wanted
+    if isinstance(expected, int):
+        assert recordings.limit(str(tmp_path)) == expected
     else:
-        with pytest.raises(Refused, match=wanted):
+        with pytest.raises(Refused, match=expected):
             recordings.limit(str(tmp_path))
 
 
@@ -91,13 +91,13 @@ def test_a_folder_that_has_gone_is_told(tmp_path):
         recordings.limit(str(tmp_path / 'gone'))
 
 
-@pytest.mark.parametrize('age, free, master, wanted', [
+@pytest.mark.parametrize('age, free, master, expected', [
     (0, 9_000, 7, None), (601, 9_000, 7, '10 minutes are over'), (0, 1_000, 7, 'the disk has less than 1024 MB left'),
     (0, 9_000, None, 'the ROS master has ended'), (0, 9_000, 8, 'the ROS master has ended')])
-def test_a_recording_ends_at_its_limits_or_with_the_master(monkeypatch, age, free, master, wanted):
+def test_a_recording_ends_at_its_limits_or_with_the_master(monkeypatch, age, free, master, expected):
     disk(monkeypatch, free)
     monkeypatch.setattr(recordings, 'master_id', lambda: master)
-    assert recordings.reason_to_end('.', time.monotonic() - age, 7) == wanted
+    assert recordings.reason_to_end('.', time.monotonic() - age, 7) == expected
 
 
 WRITES = '''
@@ -126,24 +126,24 @@ def test_a_recorder_is_ended_by_force_only_when_it_no_longer_writes(tmp_path, th
 def test_what_was_cut_off_is_indexed_and_keeps_its_messages(tmp_path):
     path = cut(tmp_path / 'page_1.bag.active')
     with pytest.raises(rosbag.ROSBagUnindexedException):
-        said(path)
+        texts(path)
     new, count = recordings.index(str(path))
     assert (new, count) == (str(tmp_path / 'page_1.bag'), 3) and not path.exists()
-    assert said(new) == ['message 0', 'message 1', 'message 2']
+    assert texts(new) == ['message 0', 'message 1', 'message 2']
 
 
 def test_the_last_message_that_is_torn_is_left_out(tmp_path):
     path = cut(tmp_path / 'page_1.bag.active')
     with open(str(path), 'r+b') as file:
         file.truncate(path.stat().st_size - 100)
-    assert said(recordings.index(str(path))[0]) == ['message 0', 'message 1']
+    assert texts(recordings.index(str(path))[0]) == ['message 0', 'message 1']
 
 
-@pytest.mark.parametrize('content, wanted', [
+@pytest.mark.parametrize('content, expected', [
     (b'', 'empty file'), (b'\x98\x00' * 999, 'is not a bag'), (b'#ROSBAG V2.0\n', 'is not a bag'),
     (b'#ROSBAG V2.0\n' + b'\xff' * 99, 'is not a bag'), (b'#ROSBAG V9.0\n' + b'\x00' * 99, 'is not a bag'),
     (None, 'exists already')])
-def test_what_cannot_be_indexed_stays_and_is_told(tmp_path, content, wanted):
+def test_what_cannot_be_indexed_stays_and_is_told(tmp_path, content, expected):
     path = tmp_path / 'page_1.bag.active'
     if content is None:
         cut(path)
@@ -151,7 +151,7 @@ def test_what_cannot_be_indexed_stays_and_is_told(tmp_path, content, wanted):
     else:
         path.write_bytes(content)
     before = path.read_bytes()
-    with pytest.raises(recordings.CutOff, match=wanted):
+    with pytest.raises(recordings.CutOff, match=expected):
         recordings.index(str(path))
     assert path.read_bytes() == before
     assert not (tmp_path / 'page_1.bag').exists() or (tmp_path / 'page_1.bag').read_text() == 'kept'

@@ -128,9 +128,9 @@ def test_what_was_started_in_a_terminal_runs_and_is_not_replaced_without_a_quest
     assert set(states(programs).values()) == {'stopped'}
     graph.holders = {'/turtlesim': {'/turtlesim'}, '/spawn': {'/turtlesim'}}
     assert states(programs) == {'turtle': 'elsewhere', 'maze': 'stopped', 'posts': 'stopped'}
-    with pytest.raises(starter.Question) as asked:
+    with pytest.raises(starter.Question) as question:
         asyncio.run(programs.start('turtle'))
-    assert str(asked.value) == ('"Turtle" runs already, started in a terminal. End it and start this? '
+    assert str(question.value) == ('"Turtle" runs already, started in a terminal. End it and start this? '
                                 'It loses the drawing.')
     assert not graph.ended and states(programs)['turtle'] == 'elsewhere'
     asyncio.run(programs.start('turtle', instead=True))

@@ -42,10 +42,10 @@ def test_the_address_is_told(tmp_path, monkeypatch, capsys):
 def test_what_ends_it_is_shown_with_the_settings(tmp_path, monkeypatch):
     with pytest.raises(SystemExit) as ended:
         run(tmp_path, monkeypatch, 'sys.exit("no port is free")', '--folder', str(tmp_path))
-    said = str(ended.value)
-    assert 'no port is free' in said and "'port': 8123" in said and '--ip=0.0.0.0' in said
-    assert f'--ServerApp.root_dir={tmp_path}' in said
-    assert "{'@jupyterlab/apputils-extension:announcements': True}" in said  # no question about Jupyter's news
+    output = str(ended.value)
+    assert 'no port is free' in output and "'port': 8123" in output and '--ip=0.0.0.0' in output
+    assert f'--ServerApp.root_dir={tmp_path}' in output
+    assert "{'@jupyterlab/apputils-extension:announcements': True}" in output  # no question about Jupyter's news
 
 
 def test_settings_are_json(tmp_path):
@@ -74,27 +74,27 @@ def test_home_is_shown_and_opened_in_the_current_folder(tmp_path, monkeypatch):
 def test_what_is_shown_instead_of_the_current_folder_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir('/')
     run(tmp_path, monkeypatch, SERVES)
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith(f'The editor shows {tmp_path} ') and said[0].endswith('--folder /')
-    assert said[1].startswith(ADDRESS)
+    output = capsys.readouterr().out.splitlines()
+    assert output[0].startswith(f'The editor shows {tmp_path} ') and output[0].endswith('--folder /')
+    assert output[1].startswith(ADDRESS)
     run(tmp_path, monkeypatch, SERVES, '--folder', '~')  # asked for
     assert capsys.readouterr().out.startswith(ADDRESS)
     with pytest.raises(SystemExit, match='--folder /no/such is not a folder'):
         run(tmp_path, monkeypatch, SERVES, '--folder', '/no/such')
 
 
-@pytest.mark.parametrize('typed, wanted', [
+@pytest.mark.parametrize('typed, expected', [
     ('~/ros_ws/src/x.py', 'ros_ws/src/x.py'), ('~', ''), ('~/', ''), ('ros_ws/src/x.py', 'ros_ws/src/x.py'),
     ('HOME/ros_ws/x.py', 'ros_ws/x.py'), ('HOME', ''), ('LINK/ros_ws/x.py', 'ros_ws/x.py'),
     ('etc/x.py', 'etc/x.py'),  # the first slash is lost, so it may be a folder of the root
     ('~ann/x.py', '~ann/x.py'), ('a~/x.py', 'a~/x.py'), ('', '')])
-def test_paths_as_typed_in_a_terminal(tmp_path, monkeypatch, typed, wanted):
+def test_paths_as_typed_in_a_terminal(tmp_path, monkeypatch, typed, expected):
     home, link = tmp_path / 'real', tmp_path / 'link'
     home.mkdir()
     link.symlink_to(home)
     monkeypatch.setenv('HOME', str(link))
     typed = typed.replace('HOME', str(home).strip('/')).replace('LINK', str(link).strip('/'))
-    assert below(str(home), typed) == wanted
+    assert below(str(home), typed) == expected
 
 
 def test_a_folder_of_the_root_that_is_called_as_home_is_kept(tmp_path, monkeypatch):

@@ -18,9 +18,9 @@ class TfWebTest(SimulatorCase):
     def setUp(self):
         """Publish a transform; no simulator is needed."""
         self.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self.place(0.0)
+        self.move(0.0)
 
-    def place(self, x):
+    def move(self, x):
         """Publish where the robot is."""
         transform = TransformStamped(child_frame_id='robot')
         transform.header.frame_id = 'map'
@@ -35,7 +35,7 @@ class TfWebTest(SimulatorCase):
         found = [(one.header.frame_id, one.child_frame_id, one.transform.translation.x) for one in first]
         self.assertEqual([('map', 'robot', 0.0)], found)
         for x in (0.05, 0.5):
-            self.place(x)
+            self.move(x)
         until(lambda: received.messages[-1].transforms[0].transform.translation.x == 0.5, 'the change')
         self.assertNotIn(0.05, [message.transforms[0].transform.translation.x for message in received.messages])
         received.subscriber.unregister()

@@ -36,14 +36,14 @@ def test_transform_is_sent_once_it_has_changed_enough(moved, heading, sent):
     assert Thresholds(0.0, 0.2).passed(before, before) and Thresholds(0.1, 0.0).passed(before, before)
 
 
-@pytest.mark.parametrize('frames, target, thresholds, rate, said', [
+@pytest.mark.parametrize('frames, target, thresholds, rate, error', [
     (['a'], '/', THRESHOLDS, 10.0, 'target_frame is empty'), (['a', ''], 'w', THRESHOLDS, 10.0, 'an empty name'),
     (['a'] * (MAX_FRAMES + 1), 'w', THRESHOLDS, 10.0, '1001 names'), (['a'], 'w', THRESHOLDS, 0.0, 'rate is 0 Hz'),
     (['a'], 'w', THRESHOLDS, math.nan, 'rate is nan'), (['a'], 'w', Thresholds(-1.0, 0.0), 1.0, 'trans_thres is -1'),
     (['a'], 'w', Thresholds(0.0, math.nan), 1.0, 'angular_thres nan'),
 ])
-def test_request_that_cannot_be_served_is_refused(frames, target, thresholds, rate, said):
-    with pytest.raises(InvalidRequest, match=said):
+def test_request_that_cannot_be_served_is_refused(frames, target, thresholds, rate, error):
+    with pytest.raises(InvalidRequest, match=error):
         check(frames, target, thresholds, rate)
 
 

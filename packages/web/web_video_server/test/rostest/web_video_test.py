@@ -111,14 +111,14 @@ class WebVideoTest(SimulatorCase):
     def test_wrong_addresses_are_answered(self):
         broken = rospy.Publisher('/broken', Image, latch=True, queue_size=1)
         broken.publish(Image(width=9, height=9, encoding='nonsense'))
-        for path, status, said in (
+        for path, status, error in (
                 ('/stream', 400, 'needs the topic'),
                 (f'/stream?topic={TOPIC}&type=vp9', 400, 'type=vp9 is not supported'),
                 ('/nope', 404, 'there are /, /stream'),
                 ('/snapshot?topic=/broken', 415, "encoding 'nonsense' is unknown")):
             answer = self.get(path)
             self.assertEqual(status, answer.status, path)
-            self.assertIn(said, answer.read().decode())
+            self.assertIn(error, answer.read().decode())
 
     def test_foreign_pages_are_refused(self):
         for headers in ({'Origin': 'http://evil.example'}, {'Host': 'evil.example'}):

@@ -58,12 +58,12 @@ def test_other_origins_can_be_allowed(changed, origin):
     assert ACCESS._replace(**changed).refusal(LOCAL, 'robot:9090', origin, None) is None
 
 
-@pytest.mark.parametrize('peer, token, said', [
+@pytest.mark.parametrize('peer, token, error', [
     (FAR, None, 'the token is missing'), (FAR, '', 'the token is wrong'), (FAR, 'Secret', 'wrong'),
     (FAR, 'sécret', 'wrong'),
 ])
-def test_other_machines_need_the_token(peer, token, said):
-    assert said in ACCESS.refusal(peer, 'robot:9090', None, token)
+def test_other_machines_need_the_token(peer, token, error):
+    assert error in ACCESS.refusal(peer, 'robot:9090', None, token)
 
 
 @pytest.mark.parametrize('peer, token', [

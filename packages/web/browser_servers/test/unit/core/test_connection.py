@@ -137,8 +137,8 @@ def test_messages_come_in_any_pieces(step):
         for begin in range(0, len(data), step):
             client.send(data[begin:begin + step])
             await asyncio.sleep(0)
-        got = [await client.next() for _ in range(5)]
-        assert got == [(TEXT, b'a'), (PONG, b'?'), (TEXT, 'T\u00f5nu'.encode()), (BINARY, b'\xff' * 300),
+        frames = [await client.next() for _ in range(5)]
+        assert frames == [(TEXT, b'a'), (PONG, b'?'), (TEXT, 'T\u00f5nu'.encode()), (BINARY, b'\xff' * 300),
                        (CLOSE, NORMAL)]
         assert await client.next() is None
         await until(lambda: log[-1] == 'ended')

@@ -39,14 +39,14 @@ def test_json_has_null_for_what_is_not_finite():
     assert math.isnan(cbor_values(message)['f'])
 
 
-@pytest.mark.parametrize('given, wanted', [
+@pytest.mark.parametrize('given, expected', [
     (None, math.nan), ('NaN', math.nan), ('Infinity', math.inf), ('-Infinity', -math.inf), (3, 3.0),
     (math.inf, math.inf),
 ])
-def test_float_takes_what_json_cannot_say(given, wanted):
+def test_float_takes_what_json_cannot_say(given, expected):
     for name in ('f', 'd'):
         value = getattr(BUILDER.build(Everything, {name: given}), name)
-        assert value == wanted or math.isnan(value) and math.isnan(wanted)
+        assert value == expected or math.isnan(value) and math.isnan(expected)
 
 
 @pytest.mark.parametrize('header, stamp', [
@@ -68,7 +68,7 @@ def test_whole_floats_are_integers():
     assert BUILDER.build(Everything, {'small': 5.0}).small == 5
 
 
-@pytest.mark.parametrize('values, said', [
+@pytest.mark.parametrize('values, error', [
     ({'nope': 1}, 'test_msgs/Everything has no field nope'),
     ({'point': {'w': 1}}, 'has no field point.w; geometry_msgs/Point has x, y, z'),
     ({'points': [{}, {'x': 'a'}]}, r"points\[1\].x is 'a'; it must be a number"),
@@ -86,8 +86,8 @@ def test_whole_floats_are_integers():
     ({'ints': cbor2.CBORTag(77, b'\0\0')}, 'ints is an array with the CBOR tag 77; it must be 78'),
     ({'ints': cbor2.CBORTag(78, b'\0\0')}, 'CBOR tag'), (5, 'the message is 5'), ({1: 2}, 'has no field 1'),
 ])
-def test_refusal_names_the_field(values, said):
-    with pytest.raises(Refused, match=said):
+def test_refusal_names_the_field(values, error):
+    with pytest.raises(Refused, match=error):
         BUILDER.build(Everything, values)
 
 

@@ -73,13 +73,13 @@ def test_png_has_the_bytes_of_the_text_as_red_green_blue():
     assert image[0, 0].tolist() == [ord('B'), ord('G'), ord('R')]  # OpenCV has blue first
 
 
-@pytest.mark.parametrize('data, said', [
+@pytest.mark.parametrize('data, error', [
     ('***', 'not a PNG image in base64'), ('', 'not a PNG'), (base64.b64encode(b'x' * 100).decode(), 'not a PNG'),
     (to_png('a' * 3000), 'pixels; the message may have 1000 bytes'), (to_png('abc')[:60], 'not a PNG|damaged'),
     (base64.b64encode(cv2.imencode('.png', np.full((2, 2, 3), 255, np.uint8))[1].tobytes()).decode(), 'not hold a'),
 ])
-def test_what_is_no_png_is_refused(data, said):
-    with pytest.raises(Refused, match=said):
+def test_what_is_no_png_is_refused(data, error):
+    with pytest.raises(Refused, match=error):
         from_png(data, 1000)
 
 
@@ -108,7 +108,7 @@ def part(name='a', number=0, total=2, data='x'):
     return {'op': 'fragment', 'id': name, 'num': number, 'total': total, 'data': data}
 
 
-@pytest.mark.parametrize('parts, said', [
+@pytest.mark.parametrize('parts, error', [
     ([part(number=2)], '"num" is 2'), ([part(number=-1)], '"num" is -1'),
     ([part(total=10**9)], '"total" is 1000000000'),
     ([part(), part(total=3, number=1)], '"total" is 3, but was 2'),
@@ -117,11 +117,11 @@ def part(name='a', number=0, total=2, data='x'):
     ([part(str(name)) for name in range(MAX_OPEN + 1)], f'{MAX_OPEN} messages are incomplete'),
     ([part(number=number, total=100, data='') for number in range(6)], 'or 5 fragments'),
 ])
-def test_fragments_are_bounded(parts, said, monkeypatch):
-    if '5 fragments' in said:
+def test_fragments_are_bounded(parts, error, monkeypatch):
+    if '5 fragments' in error:
         monkeypatch.setattr(encodings, 'MAX_PARTS', 5)
     together = Defragmenter(100, 600)
-    with pytest.raises(Refused, match=said):
+    with pytest.raises(Refused, match=error):
         for one in parts:
             together.add(one)
 

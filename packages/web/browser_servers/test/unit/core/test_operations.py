@@ -16,15 +16,15 @@ def test_text_is_json_and_binary_is_cbor(frame, value):
     assert parse(frame) == value
 
 
-@pytest.mark.parametrize('frame, said', [
+@pytest.mark.parametrize('frame, error', [
     ('', 'not valid JSON'), ('nonsense', "not valid JSON: .*begins with 'nonsense'"), ('[1]', r'a list, \[1\]'),
     ('null', 'it must be an object'), ('[' * 100000, DEEP), ('{"a":' * 100000, DEEP),
     (b'\xff\xff', 'it must be an object'), (b'\xa1\xff', 'not valid CBOR'),
     (b'', 'not valid CBOR'), (cbor2.dumps(5), 'it must be an object'),
     (b'\x81' * 100000, DEEP), (b'\x9a\xff\xff\xff\xff', 'not valid CBOR'),
 ])
-def test_garbage_is_refused(frame, said):
-    with pytest.raises(Refused, match=said) as refused:
+def test_garbage_is_refused(frame, error):
+    with pytest.raises(Refused, match=error) as refused:
         parse(frame)
     assert len(str(refused.value)) < 500
 
@@ -48,7 +48,7 @@ def test_right_operation_passes(operation):
     assert check(operation) == operation['op']
 
 
-@pytest.mark.parametrize('operation, said', [
+@pytest.mark.parametrize('operation, error', [
     ({}, 'no field "op"; it must be one of advertise'), ({'op': 'fly'}, "unknown operation 'fly'; it must be one of"),
     ({'op': ['a']}, 'unknown operation'), ({'op': None}, 'unknown operation None'),
     ({'op': 'advertise', 'topic': '/a'}, 'advertise: the field "type" is missing; it must be a text'),
@@ -67,8 +67,8 @@ def test_right_operation_passes(operation):
     ({'op': 'set_level', 'level': 'loud'}, 'one of error, warning, info, none'),
     ({'op': 'service_response', 'service': '/a'}, '"result" is missing; it must be true or false'),
 ])
-def test_wrong_operation_is_refused_with_its_field(operation, said):
-    with pytest.raises(Refused, match=said):
+def test_wrong_operation_is_refused_with_its_field(operation, error):
+    with pytest.raises(Refused, match=error):
         check(operation)
 
 

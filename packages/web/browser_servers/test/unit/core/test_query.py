@@ -8,7 +8,7 @@ from browser_servers.core.query import InvalidQuery, Query, content_type, depth_
 RED = np.full((40, 60, 3), (0, 0, 255), np.uint8)
 
 
-def asked(**fields):
+def read_fields(**fields):
     return read(fields.get, 'mjpeg')
 
 
@@ -19,10 +19,10 @@ def asked(**fields):
     ({'topic': '/a', 'type': 'ros_compressed', 'quality': '30'}, Query('/a', 'ros_compressed', 30)),
 ])
 def test_query_is_read(fields, query):
-    assert asked(**fields) == query
+    assert read_fields(**fields) == query
 
 
-@pytest.mark.parametrize('fields, said', [
+@pytest.mark.parametrize('fields, error', [
     ({}, 'needs the topic of an image'), ({'topic': '/a b'}, "it has '/a b'"), ({'topic': '../etc'}, 'needs the topic'),
     ({'topic': '/a', 'type': 'vp8'}, 'type=vp8 is not supported here; use one of mjpeg'),
     ({'topic': '/a', 'type': 'gif'}, 'must be one of mjpeg, ros_compressed, png'),
@@ -31,9 +31,9 @@ def test_query_is_read(fields, query):
     ({'topic': '/a', 'height': '1e3'}, 'height=1e3 must be'), ({'topic': 'x' * 1001}, 'at most 1000 characters'),
     ({'topic': '/a', 'width': '\u0661'}, 'must be a whole number'), ({'topic': '/\u00e4'}, 'needs the topic'),
 ])
-def test_wrong_query_is_refused(fields, said):
-    with pytest.raises(InvalidQuery, match=said):
-        asked(**fields)
+def test_wrong_query_is_refused(fields, error):
+    with pytest.raises(InvalidQuery, match=error):
+        read_fields(**fields)
 
 
 @pytest.mark.parametrize('query, kind, size', [

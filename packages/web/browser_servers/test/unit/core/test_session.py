@@ -78,7 +78,7 @@ class Client:
         for _ in range(20):
             await asyncio.sleep(0)
 
-    def got(self):
+    def received(self):
         """Return what was sent since the last call."""
         frames, self.frames[:] = [json.loads(frame) for frame in self.frames], []
         return frames
@@ -117,7 +117,7 @@ async def test_operations_reach_the_bridge_in_order(client):
     assert client.bridge.done == [
         ('advertise', '/a', 't/T', True, 100), ('publish', '/a', {'n': 1}), ('unadvertise', '/a'),
         ('advertise_service', '/s', 't/S'), ('respond', '/s', 'i', {'a': 1}, True), ('unadvertise_service', '/s')]
-    assert client.got() == []
+    assert client.received() == []
 
 
 @with_client()
@@ -127,22 +127,22 @@ async def test_messages_come_as_they_were_asked_for(client):
     await client.send({'op': 'subscribe', 'topic': '/p', 'id': '2', 'fragment_size': 20})
     client.session.deliver(message())
     await client.settle()
-    whole, *parts = client.got()
+    whole, *parts = client.received()
     assert whole == {'op': 'publish', 'topic': '/p', 'msg': {'x': 1.0, 'y': 0.0, 'z': 0.0}}
     assert json.loads(''.join(part['data'] for part in parts)) == whole and len(parts) > 2
     await client.send({'op': 'unsubscribe', 'topic': '/p', 'id': '2'})
     client.session.deliver(message())
-    assert len(client.got()) == 1 and ('unsubscribe', '/p') not in client.bridge.done
+    assert len(client.received()) == 1 and ('unsubscribe', '/p') not in client.bridge.done
     await client.send({'op': 'unsubscribe', 'topic': '/p'})
     client.session.deliver(message())
-    assert client.got() == [] and client.bridge.done[-1] == ('unsubscribe', '/p')
+    assert client.received() == [] and client.bridge.done[-1] == ('unsubscribe', '/p')
 
 
 @with_client()
 async def test_call_is_answered_with_its_id(client):
     await client.send({'op': 'call_service', 'service': '/add', 'args': [1, 2], 'id': 'c'},
                       {'op': 'call_service', 'service': '/no', 'id': 'd'})
-    answer, refusal = client.got()  # no status beside it, which roslibpy would take for an error of its own
+    answer, refusal = client.received()  # no status beside it, which roslibpy would take for an error of its own
     assert answer == {'op': 'service_response', 'service': '/add', 'values': {'sum': 3}, 'result': True, 'id': 'c'}
     assert refusal == {'op': 'service_response', 'service': '/no', 'values': 'it is not there', 'result': False,
                        'id': 'd'}
@@ -151,7 +151,7 @@ async def test_call_is_answered_with_its_id(client):
 @with_client()
 async def test_parts_of_an_answer_have_the_id_of_the_call(client):
     await client.send({'op': 'call_service', 'service': '/add', 'id': 'c', 'fragment_size': 20})
-    parts = client.got()
+    parts = client.received()
     assert len(parts) > 2 and {part['id'] for part in parts} == {'c'}
     assert json.loads(''.join(part['data'] for part in parts))['values'] == {'sum': 3}
 
@@ -172,13 +172,13 @@ async def test_slow_service_delays_nothing(client):
     assert client.bridge.done == [('publish', '/a', {})]
     client.bridge.gate.set()
     await client.settle()
-    assert client.got()[0]['id'] == '1'
+    assert client.received()[0]['id'] == '1'
 
 
 @with_client()
 async def test_open_calls_are_bounded(client):
     await client.send(*[{'op': 'call_service', 'service': '/slow'}] * (MAX_CALLS + 1))
-    assert [answer['result'] for answer in client.got() if answer['op'] == 'service_response'] == [False]
+    assert [answer['result'] for answer in client.received() if answer['op'] == 'service_response'] == [False]
 
 
 @with_client()
@@ -203,19 +203,19 @@ async def test_zero_velocity_overtakes_a_flood(client):
     assert [entry[2]['n'] for entry in client.bridge.done[1:]] == list(range(40))
 
 
-@pytest.mark.parametrize('frame, said', [
+@pytest.mark.parametrize('frame, error', [
     ('nonsense', 'not valid JSON'), (b'\xa1\xff', 'not valid CBOR'),
     ('[' * 50000, 'the message is n'),  # nested too deeply, or not valid JSON: the release of Python decides
     ('{"op": "fly"}', 'unknown operation'), ('{"op": "publish", "topic": "/no"}', 'publish: it is not there'),
     ('{"op": "subscribe", "topic": "/no"}', 'subscribe: it is not there'), ('{"op": "auth"}', 'is not supported'),
     ('{"op": "png", "data": "x"}', 'png: "data" is not'), ('{"op": "publish", "topic": 5}', '"topic" is 5'),
 ])
-def test_bad_frame_is_answered_with_a_status_and_the_next_one_works(frame, said):
+def test_bad_frame_is_answered_with_a_status_and_the_next_one_works(frame, error):
     @with_client()
     async def test(client):
         await client.send(frame)
-        status, = client.got()
-        assert status['op'] == 'status' and status['level'] == 'error' and said in status['msg']
+        status, = client.received()
+        assert status['op'] == 'status' and status['level'] == 'error' and error in status['msg']
         await client.send(publish('/a', {}))
         assert client.bridge.done == [('publish', '/a', {})] and client.closed == []
     test()
@@ -224,9 +224,9 @@ def test_bad_frame_is_answered_with_a_status_and_the_next_one_works(frame, said)
 @with_client()
 async def test_level_of_statuses(client):
     await client.send({'op': 'set_level', 'level': 'none'}, 'nonsense')
-    assert client.got() == []
+    assert client.received() == []
     await client.send({'op': 'set_level', 'level': 'info'}, {'op': 'subscribe', 'topic': '/a'})
-    assert client.got() == [{'op': 'status', 'level': 'info', 'msg': 'Subscribed to /a'}]
+    assert client.received() == [{'op': 'status', 'level': 'info', 'msg': 'Subscribed to /a'}]
 
 
 @with_client()
@@ -243,7 +243,7 @@ async def test_patterns_limit_a_client(client):
     await client.send({'op': 'subscribe', 'topic': '/odom'}, {'op': 'call_service', 'service': '/kill'},
                       {'op': 'subscribe', 'topic': '/turtle1/pose'}, {'op': 'call_service', 'service': '/spawn'})
     assert [entry[:2] for entry in client.bridge.done] == [('subscribe', '/turtle1/pose'), ('call', '/spawn')]
-    assert 'the topic /odom is not among those' in client.got()[0]['msg']
+    assert 'the topic /odom is not among those' in client.received()[0]['msg']
 
 
 @with_client()
@@ -254,11 +254,11 @@ async def test_small_messages_pass_a_client_that_is_busy_with_a_large_one(client
     for _ in range(3):
         client.session.deliver(message('/image', SMALL + 1))
     client.session.deliver(message('/pose'))
-    assert [frame['topic'] for frame in client.got()] == ['/image']
+    assert [frame['topic'] for frame in client.received()] == ['/image']
     client.reading = True
     client.futures[-1].set_result(None)
     await client.settle()
-    assert [frame['topic'] for frame in client.got()] == ['/pose', '/image']
+    assert [frame['topic'] for frame in client.received()] == ['/pose', '/image']
 
 
 async def stop_reading(client):
@@ -308,7 +308,7 @@ async def test_message_that_cannot_be_read_is_named(client):
     await client.send({'op': 'subscribe', 'topic': '/p'})
     client.session.deliver(Message('/p', b'', broken, (0, 0)))
     await client.settle()
-    assert 'a message of /p cannot be read: unpack requires' in client.got()[0]['msg']
+    assert 'a message of /p cannot be read: unpack requires' in client.received()[0]['msg']
 
 
 @with_client(deadman=0.5)
@@ -342,8 +342,8 @@ async def test_messages_beyond_the_rate_are_dropped_but_never_a_velocity(client)
         ('/cmd_vel', ZERO), *(('/flood', {'n': number}) for number in range(3))]
     client.session.check(0.0)
     client.session.check(0.0)
-    said, = client.got()
-    assert said['level'] == 'error' and '2 messages came faster' in said['msg']
+    status, = client.received()
+    assert status['level'] == 'error' and '2 messages came faster' in status['msg']
 
 
 @with_client(rate=100.0, burst=2.0)
