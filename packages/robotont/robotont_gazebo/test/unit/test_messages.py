@@ -10,7 +10,6 @@ from kinematic_core.worlds import camera, rays
 from kinematic_core.worlds.frames import ahead, frames
 from kinematic_core.worlds.planar import Pose2D, Twist2D
 from robotont_gazebo import camera_node
-from rospy_support.images import to_cloud
 from sim_ros import camera_topics
 from sim_ros import robotont_messages as messages
 
@@ -61,13 +60,6 @@ def test_scan_is_the_facts_pages():
     assert scan.ranges == [2.5] * 720 and scan.header.frame_id == 'hokuyo_link'
 
 
-def test_names_of_frames_begin_with_the_prefix():
-    assert frames('') == ('odom', 'base_footprint', 'base_link', 'camera_depth_optical_frame', 'hokuyo_link',
-                          ('rim_back_link', 'rim_right_link', 'rim_left_link'),
-                          ('rim_back_joint', 'rim_right_joint', 'rim_left_joint'))
-    assert frames('r/').odom == 'r/odom' and frames('r/').joints[0] == 'r/rim_back_joint'
-
-
 @pytest.mark.parametrize('pose, distance, expected', [
     (Pose2D(1.0, 2.0, 0.0), 0.5, (1.5, 2.0)), (Pose2D(1.0, 2.0, math.pi / 2.0), -0.5, (1.0, 1.5)),
 ])
@@ -88,16 +80,3 @@ def test_camera_info_is_that_of_90_degrees():
     assert list(info.K) == pytest.approx([640.0, 0.0, 640.0, 0.0, 640.0, 360.0, 0.0, 0.0, 1.0])
     assert list(info.P) == pytest.approx([640.0, 0.0, 640.0, 0.0, 0.0, 640.0, 360.0, 0.0, 0.0, 0.0, 1.0, 0.0])
     assert list(info.R) == np.eye(3).ravel().tolist() and list(info.D) == [0.0] * 5
-
-
-def test_cloud_has_points_and_colours():
-    points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
-    colour = np.zeros((2, 3, 3), np.uint8)
-    colour[1, 2] = 0x56, 0x34, 0x12
-    message = to_cloud(points, colour, 'bgr8', rospy.Header())
-    assert (message.height, message.width, message.point_step, message.row_step) == (2, 3, 16, 48)
-    data = np.frombuffer(message.data, np.float32).reshape(2, 3, 4)
-    assert np.array_equal(data[..., :3], points)
-    assert data[..., 3].view(np.uint32)[1, 2] == 0x123456
-    assert [(field.name, field.offset, field.datatype) for field in message.fields] == [
-        ('x', 0, 7), ('y', 4, 7), ('z', 8, 7), ('rgb', 12, 7)]

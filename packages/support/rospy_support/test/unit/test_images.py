@@ -196,3 +196,16 @@ def test_cut_off_and_foreign_data_are_refused(kind):
                        (b'', 'OpenCV does not know'), (b'no picture at all', 'OpenCV does not know')):
         with pytest.raises(images.ImageError, match=said):
             images.grey(CompressedImage(format=kind, data=data))
+
+
+def test_cloud_has_points_and_colours():
+    points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
+    colour = np.zeros((2, 3, 3), np.uint8)
+    colour[1, 2] = 0x56, 0x34, 0x12
+    message = images.to_cloud(points, colour, 'bgr8', Header())
+    assert (message.height, message.width, message.point_step, message.row_step) == (2, 3, 16, 48)
+    data = np.frombuffer(message.data, np.float32).reshape(2, 3, 4)
+    assert np.array_equal(data[..., :3], points)
+    assert data[..., 3].view(np.uint32)[1, 2] == 0x123456
+    assert [(field.name, field.offset, field.datatype) for field in message.fields] == [
+        ('x', 0, 7), ('y', 4, 7), ('z', 8, 7), ('rgb', 12, 7)]
