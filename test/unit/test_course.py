@@ -48,11 +48,6 @@ def test_each_folder_is_a_step():
     assert {step.folder for step in STEPS} == folders and len(STEPS) > 30
 
 
-def test_nothing_of_the_course_is_left_in_the_data_of_the_tests():
-    names = set(course.exercises(COURSE))
-    assert not [path for path in (REPOSITORY / 'test' / 'data').glob('*/*') if path.is_dir() and path.name in names]
-
-
 @each_step
 def test_the_page_begins_with_the_number_the_title_and_the_minutes_of_the_step(step):
     text = text_of(step)

@@ -46,9 +46,9 @@ def test_everything_is_strict():
     assert len(MODULES) >= 60
 
 
-@pytest.mark.parametrize('path', MODULES, ids=lambda path: str(path.relative_to(REPOSITORY)))
-def test_each_ignore_has_its_reason(path):
-    assert ignores_without_reason(path.read_text(encoding='utf-8')) == []
+def test_each_ignore_has_its_reason():
+    found = {str(path): ignores_without_reason(path.read_text(encoding='utf-8')) for path in MODULES}
+    assert {path: ignores for path, ignores in found.items() if ignores} == {}
 
 
 # ------------------------------------------------------------------------------------------------------------ stubs
