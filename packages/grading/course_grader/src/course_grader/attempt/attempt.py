@@ -248,8 +248,8 @@ class Attempt:
         pace, flood = Pace(), Flood(self._simulation.processes()[0])
         try:
             self._watch(reader, student, stimuli, pace)
-        except ProgramFault as fault:
-            self.observed.problem = fault.problem
+        except ProgramFault as fault:  # what it has filled is the cause of what cannot be read any more
+            self.observed.problem = self._simulation.overloaded() or fault.problem
         self._conclude(reader, pace, flood, load)
 
     def _wait_for_nodes(self, student):
