@@ -3,6 +3,7 @@ import re
 
 import rosservice
 
+from plain_support import packages
 from rostest_support import node_pages
 
 KINDS = 'publishes', 'subscribes', 'serves'
@@ -47,9 +48,8 @@ def wrong_pages(found):
     for kind, names in found.items():
         scripts.setdefault((kind.package, kind.executable), set()).update(names)
     for (package, executable), names in scripts.items():
-        repository = node_pages.REPOSITORY
-        folder = repository if package == 'turtle_robotont' else next(repository.glob(f'*/{package}'))
-        wrong += [f'{executable}: {text}' for text in differences(names, folder / 'scripts' / executable)]
+        script = packages.folder(package).resolve() / 'scripts' / executable
+        wrong += [f'{executable}: {text}' for text in differences(names, script)]
     return wrong
 
 
