@@ -61,7 +61,8 @@ def interrupted(files, pauses):
         for pause, program in sorted(zip(pauses, programs), key=lambda pair: pair[0]):
             time.sleep(max(0.0, begun + pause - time.monotonic()))
             program.process.send_signal(signal.SIGINT)
-        return [program.output() for program in programs if not ends(program)]
+        end = time.monotonic() + END_TIMEOUT
+        return [program.output() for program in programs if not ends(program, end)]
 
 
 def catches_signals(program):
@@ -71,10 +72,10 @@ def catches_signals(program):
     return int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1
 
 
-def ends(program):
-    """Return whether a program ends in time; kill it otherwise."""
+def ends(program, end):
+    """Return whether a program has ended at ``end`` [s, monotonic]; kill it otherwise."""
     try:
-        program.process.wait(END_TIMEOUT)
+        program.process.wait(max(0.0, end - time.monotonic()))
         return True
     except subprocess.TimeoutExpired:
         program.process.kill()
