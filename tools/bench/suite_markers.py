@@ -233,7 +233,6 @@ MEASUREMENTS = {
 }
 
 
-
 def preface(pools):
     """Return the scores of all tools side by side, as text."""
     pool = pools[OURS]
