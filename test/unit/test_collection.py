@@ -13,6 +13,7 @@ import pytest
 import run_tests
 from collection import kinds, programs, rostests
 from rostest_support.waiting import until
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 
@@ -66,14 +67,15 @@ def collected(*options):
 
 @pytest.mark.parametrize('arguments, names', [
     (['test_collection.py::test_an_interrupt'], ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
-    (['test_an_interrupt_ends_every_run'], ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
-    (['lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-    (['ruff'], ['test/cases/test_check.py::test_style[check/ruff]']),
     (['page/course/03_'], ['test/cases/test_page.py::test_page[page/course/03_stop_at_x/README.md]']),
     (['test_pages_pictures.py::test_differences_from_the_page[saved3-it lacks 45 %]'],
      ['test/unit/test_pages_pictures.py::test_differences_from_the_page[saved3-it lacks 45 %]']),
-    (['--fast', 'page/course/03_'], []),
-], ids=['of a file', 'function', 'rostest', 'check', 'page', 'spaces', 'page not fast'])
+    *nightly((['test_an_interrupt_ends_every_run'],
+              ['test/unit/test_collection.py::test_an_interrupt_ends_every_run']),
+             (['lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
+             (['ruff'], ['test/cases/test_check.py::test_style[check/ruff]']),
+             (['--fast', 'page/course/03_'], [])),
+], ids=['of a file', 'page', 'spaces', 'function', 'rostest', 'check', 'page not fast'])
 def test_names_select_tests(arguments, names):
     *_, command = run_tests.commands(run_tests.parse(['--results', '/x', *arguments])).values()
     options = command[command.index('pytest') + 1:]
@@ -82,8 +84,9 @@ def test_names_select_tests(arguments, names):
 
 def test_nightly_tests_are_left_out_unless_they_are_asked_for():
     file = 'test/cases/test_page.py'
-    assert collected(file) == collected('-m', 'page and not nightly', file) == []
-    assert len(collected('--all', file)) > 35 and collected('--all', file) == collected('-m', 'nightly', file)
+    pages = collected('--all', file)
+    assert collected('-m', 'page and not nightly', file) == []
+    assert len(pages) > 35 and pages == collected('-m', 'nightly', file)
 
 
 @pytest.mark.parametrize('options', [[], ['--fast'], ['unit/'], ['turtlesim']])

@@ -12,6 +12,7 @@ import pytest
 from roslaunch.rlutil import check_roslaunch
 
 from unit_support import REPOSITORY
+from unit_support.cases import nightly
 
 pytestmark = pytest.mark.slow
 LEFT_OUT = re.compile(r'course/|test/data/|output/|(.*/)?\.')
@@ -24,8 +25,10 @@ def test_launch_files_are_found():
     assert Path('launch/turtlesim.launch') in LAUNCH_FILES
 
 
-@pytest.mark.parametrize('path', [path for path in LAUNCH_FILES
-                                  if '<!-- no roslaunch-check: ' not in (REPOSITORY / path).read_text()], ids=str)
+CHECKED = [path for path in LAUNCH_FILES if '<!-- no roslaunch-check: ' not in (REPOSITORY / path).read_text()]
+
+
+@pytest.mark.parametrize('path', [*CHECKED[::3], *nightly(*CHECKED[1::3], *CHECKED[2::3])], ids=str)
 def test_launch_file_passes_the_check_of_roslaunch(path):
     complaint = check_roslaunch(str(REPOSITORY / path)) or ''
     lacking = re.fullmatch(r'Missing package dependencies: turtle_robotont/package\.xml: (.*)', complaint)
