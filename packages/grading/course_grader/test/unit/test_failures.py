@@ -2,6 +2,7 @@
 import re
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -241,6 +242,13 @@ def test_what_ros_says(said, source, advice):
     'speed < 10, error 0.1', 'rospy.init_node', 'usage of the pen'])
 def test_usual_output_is_no_failure(said):
     assert failures.advice(said, '') is None
+
+
+def test_long_lines_are_searched_at_once():
+    """A program that printed 60 MB of digits took minutes: each digit could begin the name of a function."""
+    begun = time.process_time()
+    assert failures.advice('\n'.join(['5' * 2000] * 100), '') is None
+    assert time.process_time() - begun < 10.0  # [s]; it was 60
 
 
 def test_each_advice_is_one_sentence():

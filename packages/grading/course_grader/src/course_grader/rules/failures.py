@@ -270,7 +270,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No field name|(?:is not a valid|has no|Unknown) field|"
      r"unexpected keyword argument '(?:x|y|theta|r|g|b|width|off|name)'",
      'a value of the call has a wrong name: `rossrv show TYPE` lists the right ones'),
-    (r"(\w+) is not an attribute of (\w+)", '{1} has no field {0}: `rosmsg show {1}` or `rossrv show` lists them'),
+    (r"\b(\w+) is not an attribute of (\w+)", '{1} has no field {0}: `rosmsg show {1}` or `rossrv show` lists them'),
     (r"_check_types\(\) missing|missing 1 required positional argument: 'self'",
      'a type stands where an object of it has to be: make one with parentheses, as in Twist()'),
     (r"field ([\w.]+) must be of type \[\w+/(\w+)\]", 'the value of {0} has to be a {1}: set its parts one by one, '
@@ -283,7 +283,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      r"struct\.error|ROSSerializationException|[Ff]ield .* must be|an integer is required",
      'a number is needed where a text, a list or None is given, and a whole one, such as 255, for a colour: write '
      'numbers without quotation marks'),
-    (r"(\w+) expected (?:at (?:least|most) )?(\d+) arguments?, got (\d+)", '{0} takes {1} values, and gets {2}'),
+    (r"\b(\w+) expected (?:at (?:least|most) )?(\d+) arguments?, got (\d+)", '{0} takes {1} values, and gets {2}'),
     (r"math domain error|expected a (?:nonnegative|positive|number in range)", 'the number has no root, or no '
      'asin, acos or log, because it is negative, or above 1: print it before'),
     (r"(min|max)\(\) (?:arg|iterable argument) is (?:an? )?empty", '{0}() gets an empty list: look at len(list) first'),
@@ -295,9 +295,9 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'topic, as a text, and the second its type'),
     (r"has no attribute '_(?:request|response)_class'", 'ServiceProxy and Service need the type of a service, from '
      'PACKAGE.srv: no message, request or response'),
-    (r"(\w+)\(\) takes no arguments", '{0} takes no values in its parentheses: the answer of a service is made by '
+    (r"\b(\w+)\(\) takes no arguments", '{0} takes no values in its parentheses: the answer of a service is made by '
      '{0}Response(...), and a class of your own needs an __init__ for them'),
-    (r"(\w+)(?:\.__init__)?\(\) got an unexpected keyword argument '(\w+)'(?:\. Did you mean '(\w+)')?",
+    (r"\b(\w+)(?:\.__init__)?\(\) got an unexpected keyword argument '(\w+)'(?:\. Did you mean '(\w+)')?",
      lambda match, _: f'{match[1]} has no argument {match[2]}: '
      + (f'did you mean {match[3]}?' if match[3] else 'check its spelling')),
     (r"'(\w+)' is an invalid keyword argument for (\w+)\(\)", '{1} has no argument {0}: check its spelling'),
@@ -311,8 +311,9 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"not all arguments converted|a (?:real )?number is required, not|"
      r"unsupported format (?:string|character)|Unknown format code|Replacement index",
      'the text and its values do not fit: each %f, %s or {{}} needs one value, a number for %f and %d'),
-    (r"([\w.<>]+)\(\) missing \d+ required (?:positional|keyword-only) argument", _too_few),
-    (r"([\w.<>]+)\(\) takes (?:from )?\d+ (?:to \d+ )?positional arguments? but \d+ (?:was|were) given", _too_many),
+    (r"(?<![\w.<>])([\w.<>]+)\(\) missing \d+ required (?:positional|keyword-only) argument", _too_few),
+    (r"(?<![\w.<>])([\w.<>]+)\(\) takes (?:from )?\d+ (?:to \d+ )?positional arguments? but \d+ (?:was|were) given",
+     _too_many),
     (r"not supported between instances of '(\w+)' and '(\w+)'", _not_supported),
     (r"unsupported operand type\(s\) for \S+: '(\w+)' and '(\w+)'", _not_supported),
     (r"'(\w+)' object is not callable", _not_callable),
