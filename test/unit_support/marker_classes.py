@@ -243,8 +243,6 @@ KINDS = {
     'jpeg': Kind(_jpeg), 'frame edge': Kind(_frame_edge), 'occluded': Kind(_occluded),
 }
 LOOK_ALIKES = 'look-alikes'
-LIGHT = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'gradient', 'glare', 'exposure')
-PAPER = ('bent 20 cm', 'bent 10 cm', 'bent 6 cm', 'creased')
 
 
 def _generator(name, half, number):
