@@ -52,9 +52,9 @@ class Search:
 
         What lies on a square before it whose code is sure, or on a marker with a better code, is left out. If there are
         too many candidates, only those are searched whose turn it is. ``size`` [m] is that of markers not in ``sizes``.
-        Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are where an alignment starts, ``word``, ``fit`` and
-        ``score_gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are those of what is well read, but is no
-        marker. ``ended`` gets all others. Markers have evidence if they are asked for it.
+        An unsure quad has ``h`` (3, 3), ``blur`` and ``level``, from which an alignment starts, and ``word``, ``fit``
+        and ``score_gap`` of the coarse decoding. A well read quad that is no marker has ``quad`` (4, 2) and ``word``.
+        ``ended`` gets all others. With ``ask``, markers have evidence.
         """
         found = self._steps.find(
             smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,

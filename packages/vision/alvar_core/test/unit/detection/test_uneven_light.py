@@ -173,6 +173,7 @@ def test_most_markers_of_13_to_20_px_are_found():
     assert score.recall >= 70 and score.wrong == score.false == 0
 
 
+@pytest.mark.nightly
 def test_few_right_poses_of_small_markers_have_a_flag_and_no_wrong_one_has_none():
     for name, most in ('13 to 20 px', 0.4), ('20 to 25 px', 0.15):
         score = scored(name, 40)
@@ -194,19 +195,15 @@ def test_reading_does_not_depend_on_the_rotation_of_the_marker():
         assert decoder.match(image.astype(np.uint8), h).word[0] == word
 
 
-def test_tracker_keeps_a_marker_in_a_shadow():
-    shot = marker_classes.photo('shadow 0.35', marker_classes.DEVELOPMENT, 0)
-    tracker, number = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
-    found = [[each.id for each in tracker.update(np.roll(shot.image, 2 * step, 1), shot.camera)] for step in range(6)]
-    assert found == [[number]] * 6
-
-
-def test_tracker_keeps_markers_behind_blinds():
-    for number in range(4):
-        shot = marker_classes.photo('blinds', marker_classes.DEVELOPMENT, number)
-        tracker, marker = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
-        found = [[each.id for each in tracker.update(np.roll(shot.image, step, 1), shot.camera)] for step in range(6)]
-        assert found == [[marker]] * 6
+@pytest.mark.parametrize('name, number, speed', [
+    ('shadow 0.35', 0, 2), ('blinds', 0, 1), *nightly(('blinds', 1, 1), ('blinds', 2, 1), ('blinds', 3, 1))])
+def test_tracker_keeps_a_marker(name, number, speed):
+    """It moves by ``speed`` px in each image."""
+    shot = marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+    tracker, marker = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
+    found = [[each.id for each in tracker.update(np.roll(shot.image, speed * step, 1), shot.camera)]
+             for step in range(6)]
+    assert found == [[marker]] * 6
 
 
 def test_tracker_finds_a_new_marker_in_a_shadow_within_full_every_frames():

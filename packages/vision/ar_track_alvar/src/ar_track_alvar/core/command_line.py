@@ -30,7 +30,7 @@ def ros_arguments(words: Sequence[str]) -> List[str]:
 
 
 def bundle_arguments(words: Sequence[str]) -> List[str]:
-    """Return the same for the form with one or more bundle files after the frame."""
+    """Return the ROS arguments for the form with one or more bundle files after the frame."""
     if len(words) <= len(NEEDED):
         raise UsageError(f'{len(words)} arguments are given; at least {len(NEEDED) + 1} are needed')
     files = json.dumps(shlex.join(words[len(NEEDED):]))
@@ -38,7 +38,7 @@ def bundle_arguments(words: Sequence[str]) -> List[str]:
 
 
 def depth_bundle_arguments(words: Sequence[str]) -> List[str]:
-    """Return the same for the form with the size of the median filter and bundle files after the frame."""
+    """Return the ROS arguments for the form with the size of the median filter and bundle files after the frame."""
     place = len(NEEDED)
     if len(words) < place + 2:
         raise UsageError(f'{len(words)} arguments are given; at least {place + 2} are needed')
@@ -47,7 +47,7 @@ def depth_bundle_arguments(words: Sequence[str]) -> List[str]:
 
 
 def training_arguments(words: Sequence[str]) -> List[str]:
-    """Return the same for the form with the number of markers before all others."""
+    """Return the ROS arguments for the form with the number of markers before all others."""
     if len(words) != len(NEEDED) + 1:
         raise UsageError(f'{len(words)} arguments are given; {len(NEEDED) + 1} are needed')
     return [f'_nof_markers:={_value("_nof_markers", words[0])}', *ros_arguments(words[1:])]
