@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: somebody else
+# expected: failed
 # exercise: command_server
 # kind: lets another user do the work
 # at none: passed

