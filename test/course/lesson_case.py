@@ -4,6 +4,7 @@ They need rospy, rostest, any turtlesim and ar_track_alvar_msgs, and nothing els
 Threads: rospy appends messages to lists in threads of its own; the tests read these.
 """
 import math
+import os
 import signal
 import subprocess
 import tempfile
@@ -28,8 +29,9 @@ class Program:
 
     def __init__(self, *command):
         self._output = tempfile.TemporaryFile('w+')
+        environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}  # rospy does not flush what it prints into a file
         self._process = subprocess.Popen(['rosrun', 'turtle_robotont', *command], stdout=self._output,
-                                         stderr=subprocess.STDOUT)
+                                         stderr=subprocess.STDOUT, env=environment)
         self.ended = lambda: self._process.poll() is not None
 
     def output(self):
