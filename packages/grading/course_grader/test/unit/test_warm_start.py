@@ -88,7 +88,7 @@ def test_all_end_with_the_server():
         assert process.is_running() and not receiver.poll(0)
         warm.close()
         end = time.monotonic() + DEADLINE
-        while processes.runs(process):  # where nobody reaps it, as in some containers, it stays in the list of processes
+        while processes.runs(process):  # not a zombie: in some containers nobody reaps it
             assert time.monotonic() < end
             time.sleep(0.01)
 
