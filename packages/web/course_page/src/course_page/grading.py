@@ -57,7 +57,7 @@ def folders(home: str = '.', environment: Optional[Mapping[str, str]] = None) ->
 
 def _is_ours(folder: pathlib.Path) -> bool:
     """Return whether a folder belongs to the system or to this repository."""
-    return any(ours in (folder, *folder.parents) for ours in (course.repository().resolve(), *SYSTEM))
+    return any(ours in (folder, *folder.parents) for ours in (course.repository(), *SYSTEM))
 
 
 def programs(searched: Iterable[pathlib.Path]) -> List[str]:
